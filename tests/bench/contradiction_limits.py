@@ -8,12 +8,11 @@ grammar of ``tests/attack`` with fixed seeds, are then silent or claimed to be o
 """
 
 import argparse
-import sys
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
+from types import ModuleType
 
 from calib.poses import data_sheet as spec
 from calib.poses.averaging import sway
@@ -21,15 +20,15 @@ from calib.poses.checks import frozen, pose_checks
 from pipeline.stages import session_logs
 from tests.attack.grammar import drawn
 from tests.bench.study_false_alarms import SAMPLE_RATE, counted
+from tests.bench.threshold_records import FACTORS, changed, multiplied
 from tests.world.sensor_classes import sensors
 
-FACTORS = (0.5, 2.0)
 FIRST = 720_000  #: seed of the first ordinary session, and of the first mistake
 DRAWN = 4  #: of each kind
 MOVED = ("turned", "turned back", "dead axis")
 #: Module, limits, and the kinds of mistakes that they decide. Those of ``calib.consistency`` are
 #: held by tests on arrays: ``tests.bench.tested_thresholds``.
-LIMITS: tuple[tuple[object, Sequence[str], Sequence[str]], ...] = (
+LIMITS: tuple[tuple[ModuleType, Sequence[str], Sequence[str]], ...] = (
     (spec, ("LARGEST_DRIFT",), ()),
     (frozen, ("FALSE_ALARM",), ("files", "copy", "frozen")),
     (session_logs, ("OTHER_UNIT",), ("clock",)),
@@ -37,21 +36,6 @@ LIMITS: tuple[tuple[object, Sequence[str], Sequence[str]], ...] = (
     (pose_checks, ("RAIL_SHARE", "LARGEST_RATE_CHANGE"), ()),
     (sway, ("NOTICEABLE_M_S2",), ()),
 )
-
-
-@contextmanager
-def changed(module: object, name: str, factor: float) -> Iterator[None]:
-    """Another value of a limit, in every module that has imported it."""
-    value = getattr(module, name)
-    holders = [each for path, each in list(sys.modules.items())
-               if path.split(".")[0] in ("calib", "pipeline") and vars(each).get(name) is value]
-    for each in holders:
-        setattr(each, name, value * factor)
-    try:
-        yield
-    finally:
-        for each in holders:
-            setattr(each, name, value)
 
 
 def missed(kinds: Sequence[str]) -> list[str]:
@@ -86,9 +70,10 @@ def main() -> None:
             if options.only not in (None, name):
                 continue
             for factor in FACTORS:
-                with changed(module, name, factor):
+                value = multiplied(getattr(module, name), factor)
+                with changed(module.__name__, name, value):
                     out = missed(kinds)
-                    print(f"{name:28} {getattr(module, name):9.3g}  "
+                    print(f"{name:28} {value:9.3g}  "
                           f"{contradicted(options.sessions)} of {options.sessions}, "
                           f"{len(out)} of {DRAWN * len(kinds)}"
                           f"{': ' + ', '.join(out) if out else ''}", flush=True)

@@ -14,15 +14,12 @@ leaves open), hidden effects that are named, of those that can be seen, and wron
 
 import argparse
 import dataclasses
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 
-from calib.diagnosis import finding
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses import courses, listed, unlisted
@@ -35,7 +32,7 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from tests.bench.study_evenings import design_called, hidden_in
-from tests.bench.threshold_records import FACTORS, replaced
+from tests.bench.threshold_records import FACTORS, changed
 from tests.lots import pose_sets_of
 from tests.set_trials import SetOutcome, scored
 from tests.world.lot import LotPlan, draw_lot
@@ -120,10 +117,10 @@ def constants(new: Constants) -> Iterator[None]:
     derived = ("HALF_CAUCHY", "LOG_PRIOR")
     usual = {name: getattr(evidence, name) for name in derived}
     density = evidence.TAUS / (1.0 + (evidence.TAUS / new.typical_size) ** 2)
-    changed = dict(zip(derived, (density, np.log(density / density.sum())), strict=True))
-    with replaced(CONSTANTS, new):
+    others = dict(zip(derived, (density, np.log(density / density.sum())), strict=True))
+    with changed("calib.diagnosis.constants", "CONSTANTS", new):
         try:
-            for name, value in changed.items():
+            for name, value in others.items():
                 setattr(evidence, name, value)
             yield
         finally:
@@ -131,40 +128,18 @@ def constants(new: Constants) -> Iterator[None]:
                 setattr(evidence, name, value)
 
 
-@contextmanager
-def other(module: ModuleType, name: str, value: object) -> Iterator[None]:
-    """The diagnosis with another value of a constant of one of its modules."""
-    usual = getattr(module, name)
-    holders = [each for path, each in list(sys.modules.items()) if path.startswith("calib.")
-               and vars(each).get(name) is usual]
-    try:
-        for holder in holders:
-            setattr(holder, name, value)
-        _forget()
-        yield
-    finally:
-        for holder in holders:
-            setattr(holder, name, usual)
-        _forget()
-
-
-def _forget() -> None:
-    """Empty the caches of the diagnosis."""
-    finding._by_clock.cache_clear()
-
-
 def lags(count: float) -> AbstractContextManager[None]:
     """The diagnosis with so many lags of the temperature, over the same range."""
     usual = unlisted.LAGS_S
-    return other(unlisted, "LAGS_S",
-                 tuple(np.geomspace(usual[0], usual[-1], int(count)).tolist()))
+    return changed(unlisted.__name__, "LAGS_S",
+                   tuple(np.geomspace(usual[0], usual[-1], int(count)).tolist()))
 
 
 def spans(count: float) -> AbstractContextManager[None]:
     """The diagnosis with so many correlation times of a wander, over the same range."""
     usual = courses.WANDER_SPANS
-    return other(courses, "WANDER_SPANS",
-                 tuple(np.geomspace(usual[0], usual[-1], int(count)).tolist()))
+    return changed(courses.__name__, "WANDER_SPANS",
+                   tuple(np.geomspace(usual[0], usual[-1], int(count)).tolist()))
 
 
 def summary(found: Sequence[tuple[SetOutcome, tuple[str, ...]]]) -> str:
@@ -199,8 +174,8 @@ def main() -> None:
                 continue
             with changed_to(other_value):
                 now = outcomes(every)
-            changed = sum(verdict(a) != verdict(b) for a, b in zip(usual, now, strict=True))
-            cells.append(f"{changed} change: {summary(now)}" if changed else "no effect")
+            differ = sum(verdict(a) != verdict(b) for a, b in zip(usual, now, strict=True))
+            cells.append(f"{differ} change: {summary(now)}" if differ else "no effect")
         cells = [*cells[1:], cells[0]]
         print(f"| {name} | {value:g} | {origin} | {' | '.join(cells)} |", flush=True)
 
@@ -210,7 +185,7 @@ def main() -> None:
                 dataclasses.replace(CONSTANTS, **{name: value})))
     for (module, name), off in {**COUNTS, **SHARES}.items():
         row(name, getattr(module, name), "of a module", off,
-            lambda value, module=module, name=name: other(module, name, value))
+            lambda value, module=module, name=name: changed(module.__name__, name, value))
     row("LAGS_S", len(unlisted.LAGS_S), "derived", 1, lags)
     row("WANDER_SPANS", len(courses.WANDER_SPANS), "derived", 1, spans)
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.bench.simulated_tracks import Case, cases
-from tests.bench.threshold_records import FACTORS, changed, multiplied
+from tests.bench.threshold_records import with_factors
 from tests.source_tree import begins
 from tests.thresholds import thresholds
 from vision.errors import RateRefused
@@ -104,12 +104,8 @@ def main() -> None:
     for one in thresholds("vision.rate"):
         if not begins(one.path, options.only):
             continue
-        module, _, name = f"vision.{one.path}".rpartition(".")
-        scores = []
-        for factor in FACTORS:
-            with changed(module, name, multiplied(one.value, factor)):
-                score = str(judge(every))
-            scores.append("no effect" if score == usual else score)
+        scores = ["no effect" if score == usual else str(score)
+                  for score in with_factors("vision", one, lambda: str(judge(every)))]
         print(f"{one.path:<40} {one.cells[1]:>7} {scores[0]:>48} {scores[1]:>48}", flush=True)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.noise.stillness import require_still, sample_step_s
 from calib.poses.imu_log import FloatArray, ImuLog
-from tests.bench.threshold_records import FACTORS, changed, multiplied
+from tests.bench.threshold_records import with_factors
 from tests.thresholds import thresholds
 
 RATE_HZ, LENGTH_S = 100.0, 120.0
@@ -121,13 +121,11 @@ def main() -> None:
           f"{', '.join(f'{name} {n}' for name, n in usual.items() if n) or 'none'}\n")
     print("| threshold | value | unit, origin | × 0.5 | × 2 |\n|---|---|---|---|---|")
     for one in thresholds("calib.noise"):
-        module, _, name = f"calib.{one.path}".rpartition(".")
-        if module != require_still.__module__:
+        if f"calib.{one.path}".rpartition(".")[0] != require_still.__module__:
             continue
         cells = []
-        for factor in FACTORS:
-            with changed(module, name, multiplied(one.value, factor)):
-                now = counts(seeds)
+        for now in with_factors("calib", one, lambda: counts(seeds)):
+            assert now is not None
             differ = {kind: n for kind, n in now.items() if n != usual[kind]}
             cells.append(", ".join(f"{kind} {usual[kind]} → {n}" for kind, n in differ.items())
                          or "no effect")

@@ -8,23 +8,20 @@ and the public logs where they are there. Counted are the sets of files whose co
 or motion are guessed otherwise.
 """
 
-import pkgutil
 import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 from string import ascii_letters
-from typing import Any
 
-import pipeline.guess
 from pipeline.errors import UnreadableInput
 from pipeline.guess.raw_tables import RawTable, raw_tables
 from pipeline.guess.session import guess_session
 from pipeline.guess.table_guess import guess_tables
+from tests.bench.threshold_records import with_factors
 from tests.paths import REAL
 from tests.pipeline.guess.corpus import READ
 from tests.pipeline.guess.evening import Evening
@@ -46,7 +43,6 @@ BY_NUMBERS = {tool: READ[tool] for tool in (
     "means", "unnamed_quaternion", "g_force", "in_turn", "magnetometer_first", "thingspeak",
     "increments", "micro_g", "nine_unnamed")}
 FACT = re.compile(r"\bfacts?\b", re.IGNORECASE)
-GUESS = [f"pipeline.guess.{each.name}" for each in pkgutil.iter_modules(pipeline.guess.__path__)]
 READERS = ("guess.no_log", "guess.raw_tables")
 Guess = Callable[[], object]
 
@@ -118,21 +114,17 @@ def main() -> None:
         print("| threshold | value | × 0.5 | × 2 |\n|---|---|---|---|")
         for each in decisive():
             module, name = each.path.rsplit(".", 1)
-            users: list[Any] = [user for user in map(import_module, GUESS) if hasattr(user, name)]
-            changed = []
-            for factor in (0.5, 2.0):
-                if module in READERS:
+
+            def changed(reads: bool = module in READERS) -> int:
+                if reads:
                     read.cache_clear()
-                for user in users:
-                    setattr(user, name, type(each.value)(each.value * factor))
-                changed.append(sum(guess() != before
-                                   for guess, before in zip(every, as_it_is, strict=True)))
+                return sum(guess() != before
+                           for guess, before in zip(every, as_it_is, strict=True))
+
+            words = [f"{n} sets change" if n and n > 1 else "1 set changes" if n else "no effect"
+                     for n in with_factors("pipeline", each, changed)]
             if module in READERS:
                 read.cache_clear()
-            for user in users:
-                setattr(user, name, each.value)
-            words = [f"{n} sets change" if n > 1 else "1 set changes" if n else "no effect"
-                     for n in changed]
             print(f"| `{module}.{name}` | {each.value:g} | {words[0]} | {words[1]} |")
             sys.stdout.flush()
 

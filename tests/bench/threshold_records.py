@@ -1,13 +1,15 @@
 """Another value in the place of a threshold for a while, in every module that has it."""
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
-from typing import Any
+from typing import Any, TypeVar
 
 from tests.source_tree import FILES, PACKAGES, imports, tree_of
+from tests.thresholds import Threshold
 
+T = TypeVar("T")
 FACTORS = (0.5, 2.0)
 
 
@@ -50,18 +52,15 @@ def multiplied(value: Any, factor: float) -> Any:
     return type(value)(value * factor)
 
 
-@contextmanager
-def replaced(record: Any, new: Any) -> Iterator[None]:
-    """Every module of ``calib`` that holds the record holds the new one meanwhile."""
-    holding = [
-        (module, name)
-        for path, module in list(sys.modules.items()) if path.startswith("calib.")
-        for name, value in vars(module).items() if value is record
-    ]
-    for module, name in holding:
-        setattr(module, name, new)
-    try:
-        yield
-    finally:
-        for module, name in holding:
-            setattr(module, name, record)
+def with_factors(package: str, one: Threshold, measure: Callable[[], T]) -> list[T | None]:
+    """What is measured with a half and with twice of a threshold; None where it cannot be that."""
+    module, _, name = f"{package}.{one.path}".rpartition(".")
+    results: list[T | None] = []
+    for factor in FACTORS:
+        results.append(None)
+        with (
+            changed(module, name, multiplied(one.value, factor)),
+            suppress(ValueError),  # a quantile of 1.5
+        ):
+            results[-1] = measure()
+    return results

@@ -16,7 +16,6 @@ import dataclasses
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -26,7 +25,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bench.threshold_records import FACTORS, changed, multiplied
+from tests.bench.threshold_records import FACTORS, with_factors
 from tests.bench.vision_films import Shot
 from tests.source_tree import begins
 from tests.thresholds import Threshold, thresholds, written
@@ -132,16 +131,9 @@ def sensitivity(constants: Sequence[Threshold], measure: Measure) -> Iterator[Ef
     """
     usual = {each.name: each for each in measure()}
     for one in constants:
-        module, _, name = f"vision.{one.path}".rpartition(".")
-        for factor in FACTORS:
-            outcomes: tuple[Outcome, ...] = ()
-            with (
-                changed(module, name, multiplied(one.value, factor)),
-                suppress(ValueError),  # a quantile of 1.5
-            ):
-                outcomes = tuple(measure())
-            others = tuple(o.name for o in outcomes if not o.same_as(usual[o.name]))
-            yield Effect(one.path, one.value, factor, outcomes, others)
+        for factor, outcomes in zip(FACTORS, with_factors("vision", one, measure), strict=True):
+            others = tuple(o.name for o in outcomes or () if not o.same_as(usual[o.name]))
+            yield Effect(one.path, one.value, factor, tuple(outcomes or ()), others)
 
 
 def print_effects(home: str, measure: Measure) -> None:
