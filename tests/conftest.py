@@ -21,4 +21,13 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Recordings begin first: others work while they wait for devices played in real time."""
-    items.sort(key=lambda item: not item.nodeid.startswith("tests/pipeline/record/"))
+    items.sort(key=lambda item: not item.nodeid.startswith((
+        "tests/pipeline/record/", "tests/pipeline/workbench/test_recording_page")))
+
+
+@pytest.fixture
+def bare_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs whose page has nothing on it, for tests that do not look at it: half of their time."""
+    from pipeline.results.names import REPORT_MARK  # not before the variables above
+
+    monkeypatch.setattr("pipeline.report.page.report_html", lambda *_: REPORT_MARK)

@@ -81,6 +81,7 @@ def typed(capsys: pytest.CaptureFixture[str], config: Path, *arguments: str | Pa
     return Seen(capsys.readouterr().out, results_in(folder)["gyroscope"])
 
 
+@pytest.mark.usefixtures("bare_page")
 @pytest.mark.parametrize("seed", [201, 203])
 def test_what_was_hidden_is_named_added_by_the_printed_command_and_the_error_falls(
     seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -118,6 +119,7 @@ def test_what_was_hidden_is_named_added_by_the_printed_command_and_the_error_fal
     assert name in {hidden.name} | COMMON_PARTS.get(hidden.name, set())
 
 
+@pytest.mark.usefixtures("bare_page")
 def test_taking_it_out_again_leaves_the_file_as_it_was(tmp_path: Path) -> None:
     config = accelerometer_alone(tmp_path)
     text = config.read_bytes()
@@ -136,6 +138,7 @@ def _of(name: str, size: float, design: Design, seed: int) -> tuple[Hidden]:
     return (hidden,)
 
 
+@pytest.mark.usefixtures("bare_page")
 def test_auto_goes_on_until_two_hidden_effects_are_in_the_model(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -150,6 +153,7 @@ def test_auto_goes_on_until_two_hidden_effects_are_in_the_model(
     assert history.count("base + ") >= 2
 
 
+@pytest.mark.usefixtures("bare_page")
 def test_auto_adds_nothing_where_nothing_is_hidden(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -189,6 +193,7 @@ def test_a_named_class_is_added_by_any_member_with_the_measurement_that_tells_th
     assert after.whitened < 0.5 * seen.whitened
 
 
+@pytest.mark.usefixtures("bare_page")
 def test_a_blind_effect_is_refused_with_the_measurement_that_shows_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

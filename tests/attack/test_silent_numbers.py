@@ -19,6 +19,8 @@ from tests.world.hidden import Hidden
 from tests.world.session import simulate
 from tests.world.write import write_session
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 ROCKED = "accelerometer/pose_10.csv"
 TURNING = "gyroscope/17rpm/pose_03.csv"
 MODEL = "model: [bias, scale, misalignment]\n\ngyroscope"

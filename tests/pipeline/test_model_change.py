@@ -30,6 +30,8 @@ from tests.world.designs import paper_design, rich_design
 from tests.world.session import simulate
 from tests.world.write import write_session
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 RICH = rich_design().scaled(sample_rate=0.1)
 PAPER = paper_design().scaled(sample_rate=0.1)
 

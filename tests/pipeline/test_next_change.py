@@ -15,6 +15,8 @@ from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.write import write_session
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 RICH = rich_design().scaled(sample_rate=0.1)
 
 

@@ -4,6 +4,7 @@
 """
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -31,27 +32,25 @@ from tests.studies.real_sets.turntable import fit_turntable
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"no measured logs in {REAL}")
 
 
-@pytest.fixture(scope="module")
-def said() -> dict[str, Said]:
-    return {name: ask(log) for name, log in LOGS.items()}
+@cache
+def said(name: str) -> Said:
+    return ask(LOGS[name])
 
 
-@pytest.fixture(scope="module")
-def stops() -> dict[str, Stops]:
-    return {name: stops_of(log) for name, log in LOGS.items()}
+@cache
+def stops(name: str) -> Stops:
+    return stops_of(LOGS[name])
 
 
 @pytest.mark.parametrize("name", LOGS)
-def test_stops_left_out_do_not_contradict_the_verdict(
-    name: str, said: dict[str, Said], stops: dict[str, Stops]
-) -> None:
-    accelerometer, gyroscope = said[name].accelerometer, said[name].gyroscope
-    assert accelerometer is not None or said[name].refusal
+def test_stops_left_out_do_not_contradict_the_verdict(name: str) -> None:
+    accelerometer, gyroscope = said(name).accelerometer, said(name).gyroscope
+    assert accelerometer is not None or said(name).refusal
     if accelerometer is not None:
-        judged = best_step(judge_accelerometer(stops[name], LOGS[name].gravity))
+        judged = best_step(judge_accelerometer(stops(name), LOGS[name].gravity))
         assert not judgement(accelerometer, judged).startswith("NO")
     if gyroscope is not None:
-        judged = best_step(judge_gyroscope(stops[name]))
+        judged = best_step(judge_gyroscope(stops(name)))
         assert not judgement(gyroscope, judged).startswith("NO")
 
 
@@ -61,24 +60,24 @@ def test_stops_left_out_do_not_contradict_the_verdict(
     ("sundevil long", "accelerometer", "nothing_missing", ()),
 ])
 def test_what_left_out_stops_show_is_what_is_said(
-    name: str, triad: str, verdict: str, names: tuple[str, ...], said: dict[str, Said]
+    name: str, triad: str, verdict: str, names: tuple[str, ...]
 ) -> None:
-    found = getattr(said[name], triad).diagnosis
+    found = getattr(said(name), triad).diagnosis
     assert (found.verdict, found.names) == (verdict, names)
 
 
-def test_an_effect_beside_what_no_effect_explains_is_offered(said: dict[str, Said]) -> None:
+def test_an_effect_beside_what_no_effect_explains_is_offered() -> None:
     """`quadratic` lowers the error of stops left out by 25 %, and a misfit of p < 1e-3 stays."""
-    found = said["ck"].accelerometer
+    found = said("ck").accelerometer
     assert found is not None
     assert found.diagnosis.verdict == "ambiguous"
     assert "quadratic" in found.diagnosis.group
 
 
-def test_no_gyroscope_in_a_hand_is_named_the_earth(said: dict[str, Said]) -> None:
+def test_no_gyroscope_in_a_hand_is_named_the_earth() -> None:
     """It turns with the hand, five times as fast as the Earth at its quietest."""
     for name in ("snu good1", "snu good2", "snu good3", "sundevil units"):
-        found = said[name].gyroscope
+        found = said(name).gyroscope
         assert found is not None
         assert "earth_rate" not in (*found.diagnosis.names, *found.diagnosis.group)
 
@@ -103,21 +102,21 @@ def test_two_sessions_in_one_log_do_not_name_the_earth_either(tmp_path: Path) ->
     ("sundevil long", "sundevil short"),
 ])
 def test_the_stated_error_holds_for_the_sensor_s_next_session(
-    one: str, other: str, said: dict[str, Said], stops: dict[str, Stops]
+    one: str, other: str
 ) -> None:
-    result = said[one].accelerometer
+    result = said(one).accelerometer
     assert result is not None
     assert result.prediction is not None
-    sd = weighted(stops[other])
-    off = corrected_magnitude(result, stops[other].force) - LOGS[other].gravity
+    sd = weighted(stops(other))
+    off = corrected_magnitude(result, stops(other).force) - LOGS[other].gravity
     rms = np.sqrt(np.average(off**2, weights=sd**-2))
     alone = np.sqrt(len(off) / np.sum(sd**-2))
     assert rms < 1.5 * np.hypot(result.prediction.sd_median, alone)
 
 
 @pytest.mark.parametrize("name", ["xsens", "snu good3", "sundevil long"])
-def test_a_session_that_lost_a_face_is_never_called_good(name: str, said: dict[str, Said]) -> None:
-    result = said[name].accelerometer
+def test_a_session_that_lost_a_face_is_never_called_good(name: str) -> None:
+    result = said(name).accelerometer
     assert result is not None
     for lost in without_each_face(result):
         assert not lost.said_good, lost

@@ -114,7 +114,7 @@ def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render: Render)
 def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render: Render) -> None:
     """The rough angle knows nothing of the turn that is missing; a plate of two marks came out."""
     motion = PlateMotion(33.3 * RPM)
-    path, truth = render(motion, small_scene(), seconds=18,
+    path, truth = render(motion, small_scene(), seconds=14,
                          recorder=Recorder(stalled_s=(8.0, 9.3)))
     track = track_phase(path)
     away = np.angle(np.exp(1j * (track.phase_rad - truth.angle_rad)))
@@ -131,7 +131,7 @@ def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render: Rend
     assert track_phase(path).notes == ()
 
 
-@pytest.mark.parametrize("camera_fps", [24.0, 20.0, 15.0])
+@pytest.mark.parametrize("camera_fps", [24.0, 15.0])
 def test_frames_shown_twice_do_not_hide_the_plate(camera_fps: float, render: Render) -> None:
     """As of a webcam in the dark, in a clip of 30 frames per second."""
     motion, camera = PlateMotion(33.3 * RPM), Recorder(camera_fps=camera_fps)
@@ -146,7 +146,7 @@ def test_frames_shown_twice_do_not_hide_the_plate(camera_fps: float, render: Ren
 def test_stamps_that_come_late_do_not_lead_the_follower_astray(render: Render) -> None:
     """Newton's method ended beside the mark, and three frames in ten were left out."""
     motion = PlateMotion(33.3 * RPM)
-    path, _ = render(motion, Scene(label=False, sensor_box=False), seconds=8, suffix=".mkv",
+    path, _ = render(motion, small_scene(label=False, sensor_box=False), seconds=8, suffix=".mkv",
                      recorder=Recorder(late_s=8e-3))
     track = track_phase(path)
     assert np.median(track.quality) - track.quality.min() < 0.05
@@ -156,7 +156,7 @@ def test_stamps_that_come_late_do_not_lead_the_follower_astray(render: Render) -
 def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Render) -> None:
     marks = (Mark(), Mark(azimuth_rad=np.pi))
     motion = PlateMotion(33.3 * RPM)
-    path, _ = render(motion, Scene(marks=marks, label=False, sensor_box=False), seconds=6)
+    path, _ = render(motion, small_scene(marks=marks, label=False, sensor_box=False), seconds=6)
     track = track_phase(path)
     assert track.plate.symmetry == 2
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=33), motion)) < 30
@@ -189,8 +189,8 @@ def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Rend
         measure_rate(track, timebase=CLOCK)
 
 
-@pytest.mark.parametrize("rpm", [45.0, -78.26])
-def test_an_ordinary_speed_at_15_frames_per_second_is_no_alias(rpm: float, render: Render) -> None:
+def test_an_ordinary_speed_at_15_frames_per_second_is_no_alias(render: Render) -> None:
+    rpm = -78.26
     motion = PlateMotion(rpm * RPM)
     path, _ = render(motion, small_scene(exposure_s=1 / 200), seconds=6)
     track = track_phase(path)
@@ -206,8 +206,8 @@ def test_an_ordinary_speed_at_15_frames_per_second_is_no_alias(rpm: float, rende
 
 
 def test_a_coasting_plate_is_refused_with_its_rate_against_time(render: Render) -> None:
-    motion = PlateMotion(45 * RPM, coast_from_s=3, coast_s=8)
-    path, _ = render(motion, small_scene(), seconds=14)
+    motion = PlateMotion(45 * RPM, coast_from_s=3, coast_s=5)
+    path, _ = render(motion, small_scene(), seconds=9)
     with pytest.raises(RateRefused, match="slows down") as refused:
         measure_rate(track_phase(path), timebase=CLOCK)
     history = refused.value.history
@@ -242,9 +242,9 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
 ) -> None:
     """All frames of its first turn would be too many to keep."""
     motion = PlateMotion(16.67 * RPM)
-    path, _ = render(motion, small_scene(), seconds=4.2, fps=240)
+    path, _ = render(motion, small_scene(), seconds=4.2, fps=120)
     track = track_phase(path)
-    assert len(track.time_s) == 4.2 * 240
+    assert len(track.time_s) == 4.2 * 120
     rate = measure_rate(track, timebase=CLOCK)
     assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4

@@ -138,9 +138,10 @@ def test_one_frame_is_not_enough(render: Render) -> None:
         track_phase(path)
 
 
-@pytest.mark.parametrize("pixel_format", ["yuv420p10le", "gray", "yuv444p", "yuvj420p"])
+@pytest.mark.parametrize("pixel_format", ["gray", "yuvj420p"])
 def test_other_pixel_formats_give_the_same_rate(pixel_format: str, render: Render) -> None:
-    path, _ = render(MOTION, SCENE, seconds=8, recorder=Recorder(pixel_format=pixel_format))
+    """The others are those of ``plate/test_channel.py``, whose plate turns in colour alone."""
+    path, _ = render(MOTION, SCENE, seconds=6, recorder=Recorder(pixel_format=pixel_format))
     assert abs(rate_of(path).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
@@ -150,8 +151,8 @@ def test_motion_jpeg_in_avi_gives_the_same_rate(clip: Path, tmp_path: Path) -> N
     assert abs(rate_of(path).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
-def test_a_large_clip_is_reduced_and_gives_the_same_rate(clip: Path, tmp_path: Path) -> None:
-    path = again(clip, tmp_path / "large.mp4", size=(1920, 1440))
+def test_a_large_clip_is_reduced_and_gives_the_same_rate(render: Render, tmp_path: Path) -> None:
+    path = again(render(MOTION, SCENE, seconds=4)[0], tmp_path / "large.mp4", size=(1920, 1440))
     track = track_phase(path)
     assert track.plate.reduction == 2
     assert track.plate.size_px == (1920, 1440)

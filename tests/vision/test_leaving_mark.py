@@ -21,7 +21,7 @@ STRONG = Recorder(crf=30)
 def test_a_plate_half_outside_the_frame_is_followed_by_its_label_and_mark(render: Render) -> None:
     """Where most frames show no mark, those that do were set aside as outliers."""
     motion = PlateMotion(33.21 * RPM)
-    path, _ = render(motion, Scene(centre_px=(5.0, 181.0), sensor_box=False), seconds=12,
+    path, _ = render(motion, Scene(centre_px=(5.0, 181.0), sensor_box=False), seconds=9,
                      recorder=STRONG, preset="veryfast")
     track = track_phase(path)
     assert np.nanmedian(track.quality) > 0.98
@@ -43,12 +43,9 @@ def test_what_turns_in_step_with_the_frames_bends_no_line_where_the_mark_leaves(
     assert 1 < sd_ppm < 8
 
 
-@pytest.mark.parametrize("rpm", [16.7, 33.3])
-def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_is_followed(
-    rpm: float, render: Render
-) -> None:
+def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_is_followed(render: Render) -> None:
     scene = Scene(centre_px=(5.0, 181.0), label=False, sensor_box=False)
-    motion = PlateMotion(rpm * RPM)
+    motion = PlateMotion(16.7 * RPM)
     path, _ = render(motion, scene, seconds=8, recorder=STRONG)
     rate = measure_rate(track_phase(path), timebase=CLOCK)
     sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6

@@ -14,7 +14,7 @@ from tests.calib.made_poses import GRAVITY, MODEL
 
 @pytest.mark.parametrize("world", ["wander", "bad pose"])
 def test_a_disturbance_that_no_model_has_is_in_the_sds(world: str) -> None:
-    z = np.array([deviations(world, seed) for seed in range(50_000, 50_016)])
+    z = np.array([deviations(world, seed) for seed in range(50_000, 50_010)])
     alone, average = np.sqrt(np.mean(z**2, axis=(0, 2)))
     assert alone > 1.1 * average
     assert 0.75 < average < 1.2

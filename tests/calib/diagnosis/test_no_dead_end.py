@@ -32,6 +32,8 @@ from tests.trials import poses_of
 from tests.world.designs import soak_design
 from tests.world.sizes import draw_effect
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 
 def sound(seed: int) -> PoseSet:
     return noisy(rich_poses("gyroscope", seed), seed)

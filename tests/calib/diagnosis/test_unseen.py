@@ -42,6 +42,8 @@ from tests.world.imu import mpu6050
 from tests.world.physics import triad_of
 from tests.world.session import simulate
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 ONE_SPEED = noisy(made_poses("gyroscope", (SLOW,)), 4)
 """Gravity is parallel to the plate's axis: g-sensitivity is scale and misalignment."""
 

@@ -47,18 +47,18 @@ def test_angles_are_within_a_hundredth_of_a_degree_over_the_whole_sphere(
 
 
 def test_the_stated_sds_cover_the_truth_as_they_say() -> None:
-    """Calibration error and noise together; 50 calibrations, 2 mountings each, log of 30 s."""
+    """Calibration error and noise together; 30 calibrations, 2 mountings each, log of 30 s."""
     rng = np.random.default_rng(4)
     scores = []
-    for seed in range(50):
+    for seed in range(30):
         for k in range(2):
             rotation = any_mounting(rng)
             log = Mounted(TRIAD, rotation).still(30.0, 100 * seed + k)
             found = mounting_from_logs(MountingLogs([log]), calibration(seed), G)
             scores.append(angles_off(found, rotation) / found.sd_rad)
-    # 200 scores, four of one calibration: ±3.5 % is two sds of the share.
-    assert np.mean(np.abs(scores) < 1.96) == pytest.approx(0.95, abs=0.035)
-    assert np.std(scores) == pytest.approx(1.0, abs=0.14)
+    # 120 scores, four of one calibration: ±4.5 % is two sds of the share.
+    assert np.mean(np.abs(scores) < 1.96) == pytest.approx(0.95, abs=0.045)
+    assert np.std(scores) == pytest.approx(1.0, abs=0.18)
 
 
 def test_without_the_calibrations_covariance_the_sd_would_be_too_small() -> None:

@@ -107,7 +107,7 @@ def test_twelve_bits_are_explained_and_the_scale_s_sd_holds(noise_counts: float)
     sensor = replace(sensor, accelerometer=coarse(sensor.accelerometer, 12, noise_counts))
     design = paper_design(sensor).scaled(seconds=0.3)
     whitened, scores = [], []
-    for seed in range(12):
+    for seed in range(8):
         session = simulate(design, 100 + seed)
         poses, _, specs = pose_sets(session)
         found = fit(poses, Model.of(BASE))

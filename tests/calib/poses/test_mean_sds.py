@@ -26,7 +26,7 @@ def test_sds_hold_for_every_pose_however_unlike_the_poses_are(spread: float) -> 
     """``spread`` is that of the logarithm of the noise over the poses."""
     rng = np.random.default_rng(1)
     scores, noisiest = [], []
-    for _ in range(40):
+    for _ in range(24):
         noise = NOISE * np.exp(spread * rng.standard_normal(20))
         means = [averaged(9.8 + sd * rng.standard_normal((len(TIME_S), 3))) for sd in noise]
         z = np.array([m.accelerometer.mean - 9.8 for m in means]) / pose_mean_sd(

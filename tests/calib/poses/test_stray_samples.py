@@ -119,7 +119,7 @@ def test_what_a_limit_leaves_of_the_noise_is_no_failed_reading(at: float, seed: 
 def test_few_samples_do_not_show_their_noise_well_enough_to_call_one_stray() -> None:
     """Stops of 14 samples, as a slow log has on a plate between the hand and the turn."""
     rng = np.random.default_rng(8)
-    stray = [stray_samples(rng.normal(0.0, 1.0, (14, 3))).any() for _ in range(2000)]
+    stray = [stray_samples(rng.normal(0.0, 1.0, (14, 3))).any() for _ in range(1000)]
     assert np.mean(stray) < 0.005
 
 

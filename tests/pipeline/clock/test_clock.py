@@ -50,8 +50,10 @@ def test_a_simulated_camera_80_ppm_off_is_found_within_8_ppm(home: Path, typed: 
     """The page runs 25 ppm fast, which its comparison with the computer tells."""
     hand = ScreenHand(RATE, 59.93, 1 / 100, page_ppm=25.0, missed=0.003)
     clip = home / "film.mp4"
-    film(clip, hand, small_scene(exposure_s=1 / 100, line_time_s=2e-5, noise=2.0), fps=10,
-         seconds=200, start_s=1.0, recorder=Recorder(clock_ppm=80), seed=5)
+    scene = small_scene(width_px=160, height_px=120, centre_px=(77.0, 61.0), radius_px=47.6,
+                        exposure_s=1 / 100, line_time_s=4e-5, noise=2.0)
+    film(clip, hand, scene, fps=10, seconds=200, start_s=1.0, recorder=Recorder(clock_ppm=80),
+         seed=5)
     shown = DrawnHand(RATE, 59.93 / (1 + 25e-6), 25.0, 2.0, "a test", 0.003, 210, "2026-11-23")
     screen = home / "screen.json"
     screen.write_text(json.dumps(asdict(shown)), encoding="utf-8")

@@ -18,6 +18,8 @@ from tests.world.session import simulate
 from tests.world.sizes import draw_effect
 from tests.world.write import write_session
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 
 def curved_session(folder: Path) -> Path:
     """A gyroscope at rest and at two speeds, whose bias follows the square of a column."""

@@ -16,6 +16,8 @@ from tests.paths import DATA
 from tests.pipeline.guess.corpus import READ
 from tests.pipeline.guess.hand_log import HandLog, hand_log
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 
 @pytest.fixture(scope="module")
 def log() -> HandLog:

@@ -22,6 +22,8 @@ from tests.world.session import simulate
 from tests.world.sizes import draw_effect
 from tests.world.write import write_session
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 FOLDER = "Jörg's evening [3] (a & b) -x"
 COLUMN = "Fan speed [1/min], ö"
 BIAS_PER_RPM = 0.05  #: counts; 75 counts between the slowest and the fastest pose

@@ -8,6 +8,8 @@ import pytest
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 
 def test_a_corrected_log_does_not_become_a_pose(
     finished: RunSession, tmp_path: Path, capsys: pytest.CaptureFixture[str]

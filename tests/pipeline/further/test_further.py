@@ -17,6 +17,8 @@ from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.session_logs import Setting
 from tests.sessions import edit, pipeline, quick_session, results_in, rewrite_rows, typed
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 
 @pytest.fixture(scope="module")
 def evening(tmp_path_factory: pytest.TempPathFactory) -> Path:

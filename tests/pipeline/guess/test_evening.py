@@ -18,6 +18,8 @@ from tests.pipeline.guess.evening import BIAS_GYR, DEG, SCALE_ACC, SCALE_GYR, Ev
 from tests.pipeline.guess.hand_log import hand_log
 from tests.sessions import pipeline, run_without_page
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 FULL_TURN = 100 / 3  #: rpm
 CLIP = DATA / "hidden_effect" / "video" / "33rpm.mp4"
 

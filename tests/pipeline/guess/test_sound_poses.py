@@ -9,6 +9,8 @@ import pytest
 from tests.pipeline.guess.evening import Evening
 from tests.sessions import pipeline, results_in, run_without_page
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 RPM = 100 / 3
 
 

@@ -13,6 +13,8 @@ from pipeline.results.schema.noise import HistoryLine
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline, results_in
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 NOON = datetime.fromisoformat("2026-05-01T12:00:00+02:00")
 
 

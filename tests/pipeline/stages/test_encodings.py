@@ -12,6 +12,8 @@ from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.run import run_stages
 from tests.pipeline.guess.hand_log import ACC_SCALE, GYR_BIAS, HandLog, hand_log
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 COUNTS_PER_G = 4096.0
 G = 9.80665
 SESSION = """\

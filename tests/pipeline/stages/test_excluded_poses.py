@@ -18,6 +18,8 @@ from pipeline.stages.run import Outcome, run_stages
 from tests.sessions import configured, edit, pipeline, quick_session, rewrite_rows, typed
 from tests.world.hand_turned import Stop, turn_through
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 ACC, GYRO = "accelerometer/pose_{:02d}.csv", "gyroscope/17rpm/pose_{:02d}.csv"
 OUT = {"accelerometer": (3, 12), "gyroscope": (18,)}
 LIMIT = 38_500  #: counts of an accelerometer's axis, between what it reads at 45° and at 0°

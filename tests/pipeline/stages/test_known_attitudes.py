@@ -8,6 +8,8 @@ from tests.sessions import edit, pipeline, results_in
 from tests.world.cube import evening
 from tests.world.write import write_session
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 
 @pytest.fixture(scope="module")
 def config(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -14,6 +14,8 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.guess.hand_log import hand_log
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 SESSION = """\
 sensor: {accelerometer: {unit: m_s2}}
 site: {gravity_m_s2: 9.80665}

@@ -11,6 +11,8 @@ from pipeline.stages.user_effects import users_function
 from tests.pipeline.stages.user_physics import SQUARE, corrected, variant, with_models
 from tests.sessions import pipeline, run_without_page
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 IN_PYTHON = """
 effects:
   damp:

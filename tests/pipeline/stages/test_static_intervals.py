@@ -8,6 +8,8 @@ import pytest
 from tests.sessions import pipeline, results_in
 from tests.world.hand_turned import MIXING, OFFSET_M_S2, HandTurned, Stop, by_hand, turn_through
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 CONFIG = """
 sensor: {accelerometer: {unit: m_s2}, gyroscope: {unit: rad_s}}
 site: {gravity_m_s2: 9.80665}

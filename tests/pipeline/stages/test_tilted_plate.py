@@ -20,6 +20,8 @@ from tests.world.make_data import G_SENSITIVITY_DEG_S_PER_G
 from tests.world.session import simulate
 from tests.world.write import write_session
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 
 @pytest.fixture(scope="module")
 def config(tmp_path_factory: pytest.TempPathFactory) -> Path:

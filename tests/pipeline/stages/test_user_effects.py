@@ -8,6 +8,8 @@ import pytest
 from tests.pipeline.stages.user_physics import HEATING, corrected, variant, with_models
 from tests.sessions import pipeline, results_in, run_without_page
 
+pytestmark = pytest.mark.usefixtures("bare_page")
+
 MEANS = """\
 sensor: {accelerometer: {unit: m_s2}}
 site: {gravity_m_s2: 9.80665}

@@ -75,7 +75,6 @@ def test_the_rim_given_by_hand_holds_for_a_clip_followed_by_colour(clip: Path) -
     ("codec", "pixel_format", "suffix"),
     [
         ("libx264", "yuv420p10le", ".mp4"),
-        ("libx264", "yuv422p", ".mp4"),
         ("libx264", "yuv444p", ".mp4"),
         ("mjpeg", "yuvj420p", ".avi"),
         ("rawvideo", "yuyv422", ".avi"),

@@ -41,8 +41,8 @@ def dots(count: int, rate_rad_s: float) -> Light:
     return light
 
 
-@pytest.mark.parametrize("rate_rad_s", [1.75, -3.47, 4.69])
-@pytest.mark.parametrize("count", [18, 35, 72, 90])
+@pytest.mark.parametrize(("count", "rate_rad_s"), [
+    (18, 1.75), (18, 4.69), (35, -3.47), (72, 4.69), (90, -3.47), (90, 1.75)])
 def test_parts_are_counted_and_show_the_axis_and_the_rate(count: int, rate_rad_s: float) -> None:
     parts = found(dots(count, rate_rad_s))
     assert parts is not None

@@ -23,7 +23,7 @@ def test_a_plate_at_rest_is_refused_with_what_was_seen(render: Render) -> None:
 
 def test_what_turns_only_in_colour_is_measured(render: Render) -> None:
     motion = PlateMotion(33.3 * 2 * np.pi / 60)
-    path, _ = render(motion, colour_scene(np.random.default_rng(1000)), seconds=16)
+    path, _ = render(motion, colour_scene(np.random.default_rng(1000)), seconds=10)
     track = track_phase(path)
     assert track.plate.channel != "luma"
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 300

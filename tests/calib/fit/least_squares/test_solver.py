@@ -83,7 +83,7 @@ def test_the_order_of_the_poses_does_not_matter() -> None:
 def test_the_estimates_scatter_as_their_sds_say(triad: Triad) -> None:
     poses = made_poses(triad, (SLOW,), shared_sd=STATED_SD)
     truth = base_theta(MODEL, triad)
-    z = np.array([in_sd(fit(noisy(poses, seed), MODEL), truth) for seed in range(150)])
+    z = np.array([in_sd(fit(noisy(poses, seed), MODEL), truth) for seed in range(80)])
     low, high = spread_bounds(len(z) - 1, chance=1e-3)
     assert ((low < z.std(axis=0, ddof=1)) & (z.std(axis=0, ddof=1) < high)).all()
     low, high = spread_bounds(z.size, chance=1e-3)

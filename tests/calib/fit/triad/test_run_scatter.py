@@ -19,7 +19,7 @@ from tests.fitting import pose_sets
 from tests.world.designs import rich_design
 from tests.world.session import Session, simulate
 
-SEEDS = range(24)
+SEEDS = range(12)
 DESIGN = rich_design().scaled(sample_rate=0.2)
 
 

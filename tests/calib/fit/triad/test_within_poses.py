@@ -71,10 +71,10 @@ def calibrated(session: Session) -> tuple[TriadCalibration, TriadCalibration]:
     return found[0], found[1]
 
 
-@pytest.mark.parametrize("tau_s", [2.0, 5.0, 20.0])
+@pytest.mark.parametrize("tau_s", [2.0, 20.0])
 def test_the_bias_of_a_sensor_that_settles_in_each_pose_is_within_its_sds(tau_s: float) -> None:
     off = []
-    for seed in range(12):
+    for seed in range(8):
         session = settling(seed, tau_s)
         for found, true in zip(calibrated(session), (session.accelerometer, session.gyroscope),
                                strict=True):

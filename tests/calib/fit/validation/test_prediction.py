@@ -50,10 +50,10 @@ def errors(triad: Triad, seed: int, lost: bool, directions: np.ndarray) -> tuple
 @pytest.mark.parametrize("lost", [False, True])
 def test_the_stated_sd_is_that_of_the_next_log(triad: Triad, lost: bool) -> None:
     directions = spread_directions(60)
-    sessions = [errors(triad, seed, lost, directions) for seed in range(80)]
+    sessions = [errors(triad, seed, lost, directions) for seed in range(40)]
     rms = np.sqrt(np.mean([error**2 for error, _ in sessions], axis=0))
     stated = float(np.mean([sd for _, sd in sessions]))
-    assert np.median(rms) == pytest.approx(stated, rel=0.12)
+    assert np.median(rms) == pytest.approx(stated, rel=0.15)
 
 
 def test_a_lost_face_is_the_worst_direction_and_is_not_good() -> None:
