@@ -30,13 +30,15 @@ MOST_CHANGES = 8
 
 def next_change(
     outcome: Outcome, run: RunConfig, refused: Collection[Target] = ()
-) -> ModelChange | None:
-    """The next change by ``--auto``: the first effect that a diagnosis names, if need be for its
-    class.
+) -> Sequence[ModelChange]:
+    """The next changes by ``--auto``: all effects that a diagnosis names, or the first of them.
 
-    If the members of a class correct new attitudes equally, the choice among them does not matter
-    for the correction; the file states that one represents all. ``refused`` are effects that were
-    tried and did not lower the error.
+    What is named together explains the misfit together: one alone is fitted to what the others
+    leave, and may correct new attitudes worse than none. If the members of a class correct new
+    attitudes equally, the choice among them does not matter for the correction; the file states
+    that one represents all. Members that these poses cannot determine beside the model, such as a
+    curve of as many parameters as there are equations, have no correction to compare. ``refused``
+    are effects that were tried and did not lower the error.
 
     Raises
     ------
@@ -46,42 +48,80 @@ def next_change(
     for result in outcome.triads:
         if may_follow_a_column(result, outcome.config.covariates):
             continue  # for :func:`change_for_unknown`
-        for named in (*result.diagnosis.addable, *result.diagnosis.names):
-            name = result.diagnosis.offered(named)
-            others = [each for each in result.diagnosis.named_class(name) if each != name]
-            remark = f"{name} stands for its class: {', '.join(others)}" if others else ""
-            if Target((result.triad,), name) in refused:
+        diagnosis = result.diagnosis
+        alone = [(name,) for name in (*diagnosis.addable, *diagnosis.names)]
+        for named in ([diagnosis.names] if len(diagnosis.names) > 1 else []) + alone:
+            names = [diagnosis.offered(name) for name in named]
+            if any(Target((result.triad,), name) in refused for name in names):
                 continue
-            try:
-                first, *rest = (
-                    change_model(outcome.config, Target((result.triad,), member), run,
-                                 before=outcome, remark=remark if member == name else "")
-                    for member in (name, *others)
-                )
-            except CalibrationError:
-                continue
-            if not rest or error_falls(first, beside=rest):
-                return first
-    return None
+            changes = _in_turn(outcome, result, names, run)
+            beside = _beside(outcome, result, names, run) if changes else []
+            if changes and ((len(names) == 1 and not beside)
+                            or error_falls(whole(changes), beside)):
+                return changes
+    return ()
 
 
-def error_falls(change: ModelChange, beside: Sequence[ModelChange] = ()) -> bool:
+def whole(changes: Sequence[ModelChange]) -> ModelChange:
+    """``changes`` in turn as one, by the target of the last."""
+    return replace(changes[-1], before=changes[0].before)
+
+
+def _in_turn(
+    outcome: Outcome, result: TriadResult, names: Sequence[str], run: RunConfig
+) -> Sequence[ModelChange]:
+    """The changes that add ``names`` one after the other; empty where one is refused."""
+    changes: list[ModelChange] = []
+    for name in names:
+        others = _others(result, name)
+        remark = f"{name} stands for its class: {', '.join(others)}" if others else ""
+        before = changes[-1].after if changes else outcome
+        try:
+            changes.append(change_model(
+                before.config, Target((result.triad,), name), run, before=before, remark=remark,
+                anyway=len(names) > 1))  # all are named, which holds for all together
+        except CalibrationError:
+            return ()
+    return changes
+
+
+def _others(result: TriadResult, name: str) -> Sequence[str]:
+    return [each for each in result.diagnosis.named_class(name) if each != name]
+
+
+def _beside(
+    outcome: Outcome, result: TriadResult, names: Sequence[str], run: RunConfig
+) -> Sequence[tuple[float, ModelChange]]:
+    """What adds another member of a class in place of one of ``names``, and its probability."""
+    likely = {each.name: each.probability for each in result.diagnosis.ranking}
+    beside = []
+    for place, name in enumerate(names):
+        others = _others(result, name)
+        every = sum(likely.get(each, 0.0) for each in (name, *others))
+        for other in others:
+            changes = _in_turn(
+                outcome, result, [*names[:place], other, *names[place + 1:]], run)
+            if changes and every:
+                beside.append((likely.get(other, 0.0) / every, whole(changes)))
+    return beside
+
+
+def error_falls(
+    change: ModelChange, beside: Sequence[tuple[float, ModelChange]] = ()
+) -> bool:
     """Whether a change lowers the expected error of corrected readings in new attitudes.
 
-    The changes ``beside`` add the other members of a class; the differences of their corrections,
+    The changes ``beside`` add another member of a class; the differences of their corrections,
     weighted by their probabilities in the class, count as errors.
     """
     before, after = (result_of(outcome, change.target) for outcome in (change.before, change.after))
     if before is None or after is None:
         return True
     error = mean_square_error(after.calibration.fit)
-    likely = {each.name: each.probability for each in before.diagnosis.ranking}
-    whole = sum(likely.get(each.target.name, 0.0) for each in (change, *beside))
-    for each in beside:
+    for share, each in beside:
         other = result_of(each.after, each.target)
-        if other is not None and whole:
-            error += likely.get(each.target.name, 0.0) / whole * mean_square_apart(
-                after.calibration, other.calibration)
+        if other is not None:
+            error += share * mean_square_apart(after.calibration, other.calibration)
     return error < mean_square_error(before.calibration.fit)
 
 
@@ -189,5 +229,6 @@ def without_noise(
     if result.diagnosis.verdict is Code.NOTHING_MISSING:
         return after
     alone = replace(after, triads=(result,))
-    change = next_change(alone, run, refused) or change_for_unknown(alone, run, refused)
+    named = next_change(alone, run, refused)
+    change = named[0] if named else change_for_unknown(alone, run, refused)
     return after if change is not None and not is_noise(change) else None

@@ -134,6 +134,8 @@ def with_unseen(
     """
     unseen = {}
     settled = diagnosis.verdict == Code.NOTHING_MISSING
+    # By a misfit of something else, what the rows hardly show would be any number of typical sizes.
+    residual = _residual(calibration.fit) * settled
     for effect in _not_in_the_model(calibration.fit, diagnosis):
         size = typical_size(effect, part, calibration.triad)
         if size is None:
@@ -142,7 +144,7 @@ def with_unseen(
         typical = _typical_root(effect, size)
         shown, turns = np.linalg.eigh(typical.T @ remainder.T @ remainder @ typical)
         hardly = 1 / (1 + shown) > HARDLY_SEEN
-        score = turns.T @ typical.T @ remainder.T @ _residual(calibration.fit)
+        score = turns.T @ typical.T @ remainder.T @ residual
         present = _present(shown, score) if settled else 0.0
         likely = typical @ turns * (score / (1 + shown))
         without = likely[:, hardly].sum(axis=1)

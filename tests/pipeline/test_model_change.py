@@ -168,10 +168,9 @@ def test_a_change_that_fails_leaves_the_file_as_it_was(copied: Path, drift_found
 def test_what_is_named_without_doubt_is_added_next_and_not_tried_again_in_vain(
     drift_found: Outcome
 ) -> None:
-    change = next_change(drift_found, run)
-    assert change is not None
+    (change,) = next_change(drift_found, run)
     assert str(change.target) == "gyroscope.bias_drift"
-    assert next_change(drift_found, never_run, refused=[change.target]) is None
+    assert not next_change(drift_found, never_run, refused=[change.target])
 
 
 def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, drifting: Path) -> None:

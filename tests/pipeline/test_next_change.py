@@ -1,23 +1,26 @@
-"""The noise that ``--auto`` adds goes again once effects explain what it stood for."""
+"""What ``--auto`` adds next: what is named together, one of a class; a noise goes again."""
 
 from pathlib import Path
 
 import pytest
 
 from calib.effects.catalogue import BASE
+from calib.errors import Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.model_change import change_model, read_target
-from pipeline.next_change import is_noise, without_noise
+from pipeline.next_change import error_falls, is_noise, next_change, whole, without_noise
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.trials import drawn
-from tests.world.designs import rich_design
+from tests.world.bench import Design
+from tests.world.designs import paper_design, rich_design
 from tests.world.session import simulate
 from tests.world.write import write_session
 
 pytestmark = pytest.mark.usefixtures("bare_page")
 
 RICH = rich_design().scaled(sample_rate=0.1)
+PAPER = paper_design().scaled(sample_rate=0.1)
 
 
 class Runs:
@@ -56,3 +59,45 @@ def test_a_noise_goes_where_an_effect_explains_what_it_stood_for(
         result = after.triad("gyroscope")
         assert result is not None
         assert result.calibration.fit.model.names == (*BASE, *model[:-1])
+
+
+def hiding(
+    folder: Path, design: Design, triad: str, *effects: tuple[str, float], seed: int
+) -> Config:
+    hidden = tuple(drawn(name, triad, size, design, seed) for name, size in effects)
+    assert None not in hidden
+    return load_config(write_session(folder, simulate(design, seed, hidden), film=False).config)
+
+
+def test_effects_that_are_named_together_are_added_together(tmp_path: Path) -> None:
+    config = hiding(tmp_path, RICH, "gyroscope", ("bias_drift", 20.0), ("quadratic", 20.0), seed=4)
+    run = Runs()
+    before = run(config)
+    changes = next_change(before, run)
+    assert {each.target.name for each in changes} == {"bias_drift", "quadratic"}
+    assert changes[1].before is changes[0].after
+    assert whole(changes).before is before
+    assert error_falls(whole(changes))
+    after = whole(changes).after.triad("gyroscope")
+    assert after is not None
+    assert after.diagnosis.verdict == "nothing_missing"
+
+
+def test_a_member_of_a_class_that_these_poses_cannot_determine_does_not_keep_out_the_others(
+    tmp_path: Path,
+) -> None:
+    """A curve of nine parameters looks like a line, and passes through all of 18 poses."""
+    config = hiding(tmp_path, PAPER, "accelerometer", ("warm_up", 30.0), seed=2)
+    run = Runs()
+    before = run(config)
+    result = before.triad("accelerometer")
+    assert result is not None
+    assert result.diagnosis.group == ("warm_up", "temperature_bias")
+
+    def without_warm_up(config: Config) -> Outcome:
+        if config.accelerometer is not None and "warm_up" in config.accelerometer.model:
+            raise Undetermined("as many parameters as equations")
+        return run(config)
+
+    (change,) = next_change(before, without_warm_up)
+    assert str(change.target) == "accelerometer.temperature_bias"

@@ -29,6 +29,7 @@ from pipeline.next_change import (
     error_falls,
     is_noise,
     next_change,
+    whole,
     without_noise,
 )
 from pipeline.report.page import outputs_of
@@ -150,21 +151,24 @@ def add_until_settled(path: Path, manner: Manner) -> None:
         refused: list[Target] = []
         noises: list[Target] = []
         for _ in range(MOST_CHANGES):
-            change = (next_change(outcome, run, refused)
-                      or change_for_unknown(outcome, run, refused))
-            if change is None:
+            changes = next_change(outcome, run, refused)
+            if not changes and (change := change_for_unknown(outcome, run, refused)):
+                changes = [change]
+            if not changes:
                 break
-            target = change.target
-            manner.show(change_lines(change), note_on(change))
-            if not error_falls(change):
+            for change in changes:
+                manner.show(change_lines(change), note_on(change))
+            if not error_falls(whole(changes)):
+                target = changes[-1].target
                 click.echo(f"{target} is not kept: what corrected readings are expected to err by "
                            f"in new attitudes does not fall with it.")
                 refused.append(target)
                 continue
-            write_change(change.before.config, change.before, change.after, folder)
-            outcome = change.after
-            if is_noise(change):
-                noises.append(target)
+            for change in changes:  # each has a line of its own in the history
+                write_change(change.before.config, change.before, change.after, folder)
+            outcome = changes[-1].after
+            if is_noise(changes[-1]):
+                noises.append(changes[-1].target)
                 continue
             for noise in tuple(noises):
                 after = without_noise(outcome, noise, run, refused)
@@ -177,13 +181,15 @@ def add_until_settled(path: Path, manner: Manner) -> None:
         echo_verdict(result)
     if outcome.config.source.text == config.source.text:
         echo_warnings(outcome.warnings)
-        click.echo(f"{path} was not changed: {_why_unchanged(outcome)}.")
+        click.echo(f"{path} was not changed: {_why_unchanged(outcome, refused)}.")
         click.echo("\n".join(next_lines(outcome, folder)))
         return
     say_change(outcome, folder)
 
 
-def _why_unchanged(outcome: Outcome) -> str:
+def _why_unchanged(outcome: Outcome, refused: Sequence[Target]) -> str:
+    if refused:
+        return "with no effect that was tried does that error fall"
     for result in outcome.triads:
         named = result.diagnosis.named_class(result.diagnosis.name or "")
         if len(named) > 1:

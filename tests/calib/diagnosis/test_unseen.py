@@ -144,6 +144,16 @@ def test_a_cubic_that_18_poses_do_not_tell_from_what_it_stands_for_errs_as_state
     assert "Another function of what an axis senses" in found.diagnosis.text
 
 
+def test_a_misfit_of_something_else_makes_no_unseen_effect_larger_than_is_typical() -> None:
+    poses, spec = gyro_poses(0.4, hide=False)
+    slower = 1 - 0.01 * poses.time_s / np.ptp(poses.time_s)
+    found = assess(replace(poses, reading=poses.reading * slower[:, None]), MODEL, spec)
+    assert found.diagnosis.verdict == "effect"
+    assert found.prediction is not None
+    at_most = 1.5 * np.sqrt(2) * np.radians(0.1)
+    assert found.prediction.by_unseen["g_sensitivity"] < at_most
+
+
 def test_what_is_seen_but_not_settled_counts_by_how_likely_it_is() -> None:
     """The poses know it to half its size, and nothing is named: its error is ten times theirs."""
     poses, spec = gyro_poses(4.5, seed=3)
