@@ -199,7 +199,7 @@ def test_a_step_is_named_with_its_time_and_a_second_one_beside_it() -> None:
 @pytest.mark.parametrize("seed", [302, 309])
 def test_a_step_in_a_pause_of_a_long_session_is_named_with_its_time(seed: int) -> None:
     """78 poses are more than the times that are tried evenly; in both it steps after pose 26."""
-    design = soak_design()
+    design = soak_design().scaled(sample_rate=0.25)
     hidden = draw_effect("jump", "accelerometer", 5.0, design, seed)
     poses = poses_of(design, seed, "accelerometer", [hidden])
     time_s, at_s = np.sort(poses.time_s), float(hidden.detail["time_s"])

@@ -19,7 +19,7 @@ from tests.trials import poses_of
 from tests.world.designs import soak_design
 from tests.world.sizes import draw_effect
 
-SOAK = soak_design()
+SOAK = soak_design().scaled(sample_rate=0.25)
 
 
 def added_until_nothing_is_missing(seed: int, taus_s: Sequence[float]) -> tuple[list[str], Fit]:

@@ -28,7 +28,7 @@ class Evening:
     lean_deg: float = 0.6
     poses: int = 18
     seconds: float = 8.0
-    rate_hz: float = 50.0
+    rate_hz: float = 25.0
     bias_deg_s: tuple[float, float, float] = tuple(BIAS_GYR / DEG)
     zero: int = 0  #: the count of nothing: half of 65536 in offset binary
     header: str = "millis,AcX,AcY,AcZ,Tmp,GyX,GyY,GyZ"

@@ -202,7 +202,7 @@ def test_check_run_and_apply_know_the_names_that_import_knows(
     assert pipeline("apply", "config.run", "rest/p01.csv", "--output", "out.csv") == 0
     table = np.loadtxt("out.csv", delimiter=",", skiprows=1)
     assert np.linalg.norm(table[:, 1:4].mean(axis=0)) == pytest.approx(G, abs=0.02)
-    assert table[1, 0] - table[0, 0] == pytest.approx(0.02)
+    assert table[1, 0] - table[0, 0] == pytest.approx(0.04)
     capsys.readouterr()
 
 

@@ -1,6 +1,7 @@
 """The joint refits: they end at the minimum, and the evidence asked for there is the same."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,11 +20,13 @@ from calib.poses.pose_set import PoseSet
 from tests.trials import DESIGNS, drawn, poses_of
 
 
+@cache
 def session(name: str, size: float, design: str = "paper", seed: int = 41) -> PoseSet:
     """The gyro's poses of one evening that hides ``name``."""
-    hidden = drawn(name, "gyroscope", size, DESIGNS[design](), seed)
+    made = DESIGNS[design]()
+    hidden = drawn(name, "gyroscope", size, made, seed)
     assert hidden is not None
-    return poses_of(DESIGNS[design](), seed, "gyroscope", [hidden])
+    return poses_of(made, seed, "gyroscope", [hidden])
 
 
 @pytest.mark.parametrize(("design", "size"), [("paper", 5.0), ("rich", 5.0), ("rich", 30.0)])

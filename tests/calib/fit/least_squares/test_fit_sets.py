@@ -1,7 +1,8 @@
 """A stack of many sets is their single fits, and one that is refused leaves it alone."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 import pytest
@@ -22,15 +23,16 @@ from tests.world.lot import LotPlan, draw_lot
 
 
 @lru_cache
-def evenings(count: int, *hidden: str) -> list[PoseSet]:
+@cache
+def evenings(count: int, *hidden: str) -> tuple[PoseSet, ...]:
     """Gyroscopes on the turning plate and at rest, each with its noise and the same effects."""
     design = replace(DESIGNS["rich"](), sample_rate_hz=20.0)
     effects = [drawn(name, "gyroscope", 20.0, design, 5) for name in hidden]
     known = [effect for effect in effects if effect is not None]
-    return [poses_of(design, seed, "gyroscope", known) for seed in range(count)]
+    return tuple(poses_of(design, seed, "gyroscope", known) for seed in range(count))
 
 
-def stacked(sets: list[PoseSet], model: Model, robust: bool = False) -> dict[int, Fit]:
+def stacked(sets: Sequence[PoseSet], model: Model, robust: bool = False) -> dict[int, Fit]:
     return {int(i): fits.fitted.one(k) for fits in fit_sets(sets, model, robust=robust)
             if fits.fitted for k, i in enumerate(fits.index)}
 

@@ -1,6 +1,7 @@
 """The one minimiser: exact derivatives, the minimum that SciPy finds, warm starts and cold ones."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ SHAPED = {"warm_up": 450.0, "hysteresis": 0.3}
 """Effects with a shape parameter, and a value of it that many rows feel."""
 
 
+@cache
 def poses_with(name: str, seed: int = 5) -> PoseSet:
     design = DESIGNS["rich"]()
     hidden = drawn(name, "gyroscope", 20.0, design, seed)
