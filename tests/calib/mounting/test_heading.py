@@ -24,7 +24,7 @@ from tests.chance import fewest_hits, spread_bounds
 def test_yaw_slope_and_angles_lie_within_their_sds_on_simulated_drives() -> None:
     rng = np.random.default_rng(5)
     yaws, angles, slopes = [], [], []
-    for k in range(30):
+    for k in range(60):
         roll, pitch, yaw = rng.uniform([-3.1, -1.4, -3.1], [3.1, 1.4, 3.1])
         mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", roll, pitch, yaw))
         rise = rng.uniform(-0.05, 0.05, 2)

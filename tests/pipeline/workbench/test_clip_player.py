@@ -3,7 +3,7 @@
 import base64
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ import pytest
 
 from calib.numbers import RPM
 from pipeline.errors import PipelineError
-from pipeline.workbench.clip_player import ClipPlayer
+from pipeline.workbench.clip_player import ClipPlayer, ClipToPlay
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.session_files import session_clips
 from tests.paths import DATA
@@ -43,9 +43,17 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> OpenSession:
     return OpenSession(folder / "config.yaml", folder / "cache", False)
 
 
-def test_clip_and_gyroscope_stand_on_one_axis(session: OpenSession) -> None:
+@pytest.fixture(scope="module")
+def clips(session: OpenSession) -> Sequence[ClipToPlay]:
+    """Its clip, which is followed once for all tests."""
+    return session_clips(session, session.config.source.path.parent)
+
+
+def test_clip_and_gyroscope_stand_on_one_axis(
+    session: OpenSession, clips: Sequence[ClipToPlay]
+) -> None:
     folder = session.config.source.path.parent
-    (clip,) = clips = session_clips(session, folder)
+    (clip,) = clips
     player = ClipPlayer(lambda: clips)
     course = player.course({"number": 0, "log": 3})
     assert clip.logs[3] == "33rpm/pose_04.csv.gz"
@@ -65,16 +73,18 @@ def test_clip_and_gyroscope_stand_on_one_axis(session: OpenSession) -> None:
         np.loadtxt(folder / "33rpm/pose_01.csv.gz", delimiter=",", skiprows=1)[0, 0], abs=0.1)
 
 
-def test_what_is_no_clip_is_refused(session: OpenSession) -> None:
-    player = ClipPlayer(lambda: session_clips(session, session.config.source.path.parent))
+def test_what_is_no_clip_is_refused(clips: Sequence[ClipToPlay]) -> None:
+    player = ClipPlayer(lambda: clips)
     for question in ({}, {"number": 1}, {"number": "0"}, {"number": -1},
                      {"number": 0, "log": 18}, {"number": 0, "log": "x"}):
         with pytest.raises(PipelineError, match="load the page again"):
             player.course(question)
 
 
-def test_a_gap_in_the_log_and_a_clip_that_is_gone_are_no_failures(session: OpenSession) -> None:
-    (clip,) = session_clips(session, session.config.source.path.parent)
+def test_a_gap_in_the_log_and_a_clip_that_is_gone_are_no_failures(
+    clips: Sequence[ClipToPlay]
+) -> None:
+    (clip,) = clips
     reading = clip.turning(0)
     gap = np.where(np.arange(len(reading.time_s)) < 40, np.nan, reading.rate_rad_s)
     holed = replace(clip, turning=lambda _: replace(reading, rate_rad_s=gap))
