@@ -93,16 +93,16 @@ def _beside(
     outcome: Outcome, result: TriadResult, names: Sequence[str], run: RunConfig
 ) -> Sequence[tuple[float, ModelChange]]:
     """What adds another member of a class in place of one of ``names``, and its probability."""
-    likely = {each.name: each.probability for each in result.diagnosis.ranking}
+    likely = result.diagnosis.by_itself
     beside = []
     for place, name in enumerate(names):
         others = _others(result, name)
-        every = sum(likely.get(each, 0.0) for each in (name, *others))
+        every = sum(map(likely, (name, *others)))
         for other in others:
             changes = _in_turn(
                 outcome, result, [*names[:place], other, *names[place + 1:]], run)
             if changes and every:
-                beside.append((likely.get(other, 0.0) / every, whole(changes)))
+                beside.append((likely(other) / every, whole(changes)))
     return beside
 
 

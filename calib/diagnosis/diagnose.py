@@ -150,11 +150,17 @@ class Diagnosis:
         return one is not None and not self.named_class(name) and bool(
             one.aliases or (one.log_evidence <= 0 and one.probability < 0.5))
 
+    def by_itself(self, name: str) -> float:
+        """Probability of an effect alone, where ``inclusion`` has that of its class."""
+        return sum(probability for names, probability in self.sets if name in names)
+
     def offered(self, name: str) -> str:
         """The effect to add for ``name``: of those that look the same, one that samples of another
-        log tell."""
+        log tell, unless ``name`` is sure against it."""
+        least = self.by_itself(name) * (1 - CONSTANTS.sure) / CONSTANTS.sure
         members = [EFFECTS[each] for each in self.named_class(name) if each in EFFECTS]
-        told = [each.name for each in members if each.told_by == "sample"]
+        told = [each.name for each in members
+                if each.told_by == "sample" and self.by_itself(each.name) > least]
         return name if not told or name not in EFFECTS or name in told else told[0]
 
     @property

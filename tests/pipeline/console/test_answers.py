@@ -177,19 +177,23 @@ def test_poses_of_another_day_are_told_from_an_effect(
     assert said.count("poses of another time are a session of their own") == notes
 
 
-def test_of_causes_that_look_the_same_the_one_that_a_log_tells_is_offered(caused: Outcome) -> None:
+@pytest.mark.parametrize(("likely", "offered"), [
+    (0.4, "temperature_bias"), (0.1, "warm_up")], ids=["nearly as likely", "nine times less"])
+def test_of_causes_that_look_the_same_the_one_that_a_log_tells_is_offered_if_it_is_believed(
+    caused: Outcome, likely: float, offered: str
+) -> None:
     result = caused.triad("gyroscope")
     assert result is not None
     alike = ("warm_up", "temperature_bias")
     words = replace(result.diagnosis.explanation, step="add")
     open_still = replace(
         result.diagnosis, name="warm_up", names=("warm_up",), group=alike, explanation=words,
-        inclusion=(Inclusion("warm_up", alike, 1.0, "listed"),))
+        inclusion=(Inclusion("warm_up", alike, 1.0, "listed"),),
+        sets=((("warm_up",), 1 - likely), (("temperature_bias",), likely)))
     outcome = replace(caused, triads=tuple(
         replace(each, diagnosis=open_still) if each is result else each for each in caused.triads))
     config = caused.config.source.path
-    assert next_line(outcome, Path("out")) == (
-        f"next: pipeline add {config} gyroscope.temperature_bias")
+    assert next_line(outcome, Path("out")) == f"next: pipeline add {config} gyroscope.{offered}"
 
 
 def test_a_step_in_time_is_first_compared_with_what_was_logged(caused: Outcome) -> None:
