@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis
+from calib.diagnosis.hypotheses.signature import at_expected_readings
 from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.table_at import whole_unit_columns
 from calib.effects.effect import Effect
@@ -144,7 +145,7 @@ class _Columns:
 
 def _columns_of(posterior: Posterior, which: Sequence[int]) -> dict[int, _Columns]:
     """The columns of the hypotheses ``which``, by their index."""
-    fit, model = posterior.base, posterior.table.projector.model
+    fit, model = at_expected_readings(posterior.base), posterior.table.projector.model
     shapes = _fitted_shapes(posterior)
     hypotheses = [replace(_about_mean(h), shape=shapes.get(j, h.shape))
                   for j, h in ((j, posterior.hypotheses[j]) for j in which)]

@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
-from calib.diagnosis.hypotheses.courses import by_clock, scattering_rates
+from calib.diagnosis.hypotheses.courses import by_clock, scattering_rates, scatters_too_much
 from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses
 from calib.diagnosis.hypotheses.unlisted import unknown_hypotheses
 from calib.diagnosis.search.posterior import Posterior
@@ -80,9 +80,14 @@ def find(
 ) -> Finding:
     """Find the effects that ``fit`` lacks; the parameters are those of :func:`diagnose`."""
     listed, unavailable = listed_hypotheses(fit, user_effects, covariates)
-    posterior = search(fit, [
-        *listed, *unknown_hypotheses(fit, causes(fit.poses, covariates)),
-        *_by_clock(_Clock.of(fit)), *scattering_rates(fit)])
+    usual = [*listed, *unknown_hypotheses(fit, causes(fit.poses, covariates)),
+             *_by_clock(_Clock.of(fit))]
+    rates = scattering_rates(fit)
+    # So large a scatter would hide any effect: it is believed where none takes most of the misfit.
+    late = bool(rates) and scatters_too_much(fit)
+    posterior = search(fit, usual if late else usual + rates)
+    if late and 2 * posterior.likeliest_fit.relative_misfit > fit.relative_misfit:
+        posterior = search(fit, usual + rates)
     return Finding(posterior, reach_verdict(posterior), unavailable)
 
 

@@ -27,6 +27,7 @@ PAUSE = 2.0
 """Time between two poses over the usual one, from which it is a pause: something was done in it
 besides laying the sensor, and a bias that steps does so there. A judgement."""
 FROM_RUN_TO_RUN = "from run to run"  #: how the rate of the plate scatters between settings
+FROM_POSE_TO_POSE = "from pose to pose"  #: how it scatters within them
 WANDER_SPANS = (0.05, 0.2, 0.8, 3.2)
 """Correlation times of a wandering bias over the length of the session, four times apart. Derived:
 from what moves from pose to pose to a random walk, which about its mean is what any slower one
@@ -108,28 +109,24 @@ def _wanders(fit: Fit) -> list[Hypothesis]:
 def scattering_rates(fit: Fit) -> list[Hypothesis]:
     """A plate whose rate scatters: from run to run, and from pose to pose beside poses at rest.
 
-    One that would scatter by more than a plate may change within a pose does not turn steadily, and
-    is none to calibrate with: a rate of its own for every pose would hide any error of the sensor.
+    A rate of its own for every pose hides any error of the sensor (:func:`scatters_too_much`).
     """
     poses, turning = fit.poses, ~fit.poses.reference.is_null
     if poses.triad not in EFFECTS["rate_scatter"].triads or not turning.any() or (
-        "rate_scatter" in fit.model.names or _scatter_needed(fit) > LARGEST_RATE_CHANGE
-    ):
+            "rate_scatter" in fit.model.names):
         return []
     courses = {FROM_RUN_TO_RUN: _by_run(poses, turning)}
     if poses.reference.is_null.any():
-        courses["from pose to pose"] = Course.of_size(np.diag(turning.astype(float))[:, turning])
+        shares = np.where(turning, poses.reference.magnitude, 0.0)
+        courses[FROM_POSE_TO_POSE] = Course.of_size(np.diag(shares)[:, turning])
     prior = float(np.log(ODDS_RARE / len(courses)))
     return [Hypothesis("rate_scatter", "drawn", prior, course=course, detail=detail)
             for detail, course in courses.items()]
 
 
-def _scatter_needed(fit: Fit) -> float:
-    """Scatter of the plate's rate that would explain the turning poses, relative, rms."""
-    equations = fit.equations
-    n = equations.magnitude
-    off = fit.rows.residual[: len(n)] * equations.magnitude_sd
-    return float(np.sqrt(np.mean((off / fit.poses.reference.magnitude[n]) ** 2)))
+def scatters_too_much(fit: Fit) -> bool:
+    """Whether the plate's rate would have to scatter by more than a plate may change in a pose."""
+    return fit.relative_misfit > LARGEST_RATE_CHANGE
 
 
 def _by_run(poses: PoseSet, turning: BoolArray) -> Course:

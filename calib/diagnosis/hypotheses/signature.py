@@ -6,7 +6,7 @@ blind: the model would absorb it. Two effects whose signatures span the same spa
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,15 +14,22 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
+from calib.errors import FitFailed
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
-from calib.fit.linear import NORM_FLOOR, orthonormal_columns
-from calib.fit.rows.problem import with_common
+from calib.fit.linear import NORM_FLOOR, orthonormal_columns, times
+from calib.fit.rows.problem import Estimate, with_common
+from calib.fit.rows.readings import Readings
 from calib.fit.rows.sensitive_axes import evaluate_for, sensor_columns
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
+
+SMALL_MISFIT = VISIBLE_SHARE / 4
+"""Misfit over the readings. Derived: four columns make up what shows four times as much of itself.
+"""
+ROUNDS = 2  #: to the expected readings, each closer by the factor of the gain errors; numerical
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +123,34 @@ class Projector:
         visible = squared > VISIBLE_SHARE**2 * self.data_count / used.sum()  # as the fit judges
         strength = np.sqrt(squared[visible])
         return Signature(name, remainder @ (directions[:, visible] / strength), strength)
+
+
+def at_expected_readings(fit: Fit) -> Fit:
+    """``fit`` with its derivatives at the readings that its model expects, the residual as it is.
+
+    At the readings themselves columns hold the residual: a gain of -1 beside a reference that is
+    nothing makes up all of it. A small one hides behind ``VISIBLE_SHARE``, and nothing changes.
+    """
+    if fit.relative_misfit < SMALL_MISFIT:
+        return fit
+    equations, vector = fit.equations, fit.rows.vector
+    n, expected = equations.magnitude, fit.rows.vector.copy()
+    share = 1 - times(equations.row_common, fit.eta)[: len(n)]
+    length = equations.whitening.stated / share
+    expected[n] *= (length / np.linalg.norm(vector[n], axis=1))[:, None]
+    at, reading = fit.at, equations.readings.reading
+    for _ in range(ROUNDS):
+        reading = reading + expected - at.rows.vector
+        readings = Readings.of(reading, equations.surroundings, fit.model)
+        equations = replace(equations, readings=readings)
+        try:
+            at = Estimate.of(equations, fit.theta, fit.eta, fit.shapes)
+        except FitFailed:  # effects so large that these readings have no vectors
+            return fit
+    if not np.isfinite(at.rows.jacobian).all():
+        return fit
+    rows = replace(at.rows, residual=fit.rows.residual)
+    return replace(fit, equations=equations, at=replace(at, rows=rows))
 
 
 class Linearisation:

@@ -90,6 +90,11 @@ class Posterior:
         return (self.nothing >= CONSTANTS.prior_nothing
                 and self.p_value > CONSTANTS.misfit_p_value)
 
+    @property
+    def likeliest_fit(self) -> Fit:
+        """The refit of the likeliest set that has one; the base without any."""
+        return self.base if self.solution is None else self.solution.fit
+
     @cached_property
     def ordered(self) -> tuple[Entry, ...]:
         """The sets, the most probable first."""

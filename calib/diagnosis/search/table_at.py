@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.hypotheses.signature import Linearisation, Projector
+from calib.diagnosis.hypotheses.signature import Linearisation, Projector, at_expected_readings
 from calib.diagnosis.search.table import Spectrum, Table
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
@@ -25,6 +25,7 @@ def table_at(
     fit: Fit, hypotheses: Sequence[Hypothesis], members: Sequence[str] = ()
 ) -> Table:
     """The table of ``hypotheses`` at ``fit``, whose effects ``members`` are on trial."""
+    fit = at_expected_readings(fit)
     projector = Projector(fit, members)
     # One that was fitted was seen where its shape began; where that ended, less of it may be.
     share = np.array([RANK_TOLERANCE if h.shape is not None and h.name in members else VISIBLE_SHARE

@@ -113,6 +113,13 @@ class Fit(Stacked):
         return self.at.rows
 
     @property
+    def relative_misfit(self) -> float:
+        """Residual of the magnitudes over these, root mean square, of one fit."""
+        n, magnitude = self.equations.magnitude, self.poses.reference.magnitude
+        off = self.rows.residual[: len(n)] * self.equations.magnitude_sd
+        return float(np.sqrt(np.mean((off / magnitude[n]) ** 2))) if len(n) else 0.0
+
+    @property
     def chi2(self) -> Any:
         """Sum of the squared whitened residuals; (S,) for S sets, as in all properties below."""
         return _number(self.rows.chi2)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.assess import assess
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.courses import scattering_rates
@@ -15,7 +16,16 @@ from calib.diagnosis.verdict.ranking import rank
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from tests.calib.made_poses import FAST, SLOW, made_poses, noisy, rich_poses
+from tests.calib.made_poses import (
+    FAST,
+    SLOW,
+    SPECS,
+    base_theta,
+    made_poses,
+    noisy,
+    read_through,
+    rich_poses,
+)
 
 
 @pytest.mark.parametrize(("drawn", "kind"), [("bias", "pose_scatter"), ("rate", "rate_scatter")])
@@ -76,3 +86,23 @@ def test_a_noise_that_looks_the_same_is_not_told_once_more_with_odds() -> None:
     said = explain(base, verdict, rank(find(base).posterior), 1e-9, None)
     assert "'rate_scatter' looks the same" in said.text
     assert "It may be one of 'quadratic' and 'asymmetry' (6 in 10) instead" in said.text
+
+
+@pytest.mark.parametrize("scatter", [0.003, 0.03])
+def test_a_scattering_rate_is_named_and_in_the_sds_at_every_size(scatter: float) -> None:
+    """In proportion to the rate; and columns at the readings would make up so large a misfit."""
+    model = Model.of(BASE)
+    theta, deviations = base_theta(model, "gyroscope"), []
+    poses = read_through(rich_poses("gyroscope"), model, theta)
+    turning = ~poses.reference.is_null[:, None]
+    for seed in (5, 7):
+        rng = np.random.default_rng(seed)
+        noise = poses.sd * rng.standard_normal(poses.sd.shape)
+        share = scatter * rng.standard_normal((len(poses), 1)) * turning
+        reading = poses.reading + share * (poses.reading - theta[:3]) + noise
+        said = assess(replace(poses, reading=reading), model, SPECS["gyroscope"])
+        assert said.diagnosis.name == "rate_scatter", said.diagnosis.text
+        assert ("no plate that turns evenly" in said.diagnosis.text) == (scatter > 0.005)
+        fitted = said.calibration.fit
+        deviations.append((fitted.theta - theta) / np.sqrt(np.diag(fitted.cov)))
+    assert np.abs(deviations).max() < 4
