@@ -29,6 +29,8 @@ from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.refit import Refit, explained, refit
 from calib.diagnosis.verdict.beside import beside
 from calib.diagnosis.verdict.kinds_of_noise import (
+    RATES,
+    as_no_plate_scatters,
     kinds_in_a_class,
     kinds_of_noise,
     told_apart,
@@ -283,8 +285,10 @@ def _noise(posterior: Posterior, group: tuple[str, ...]) -> Verdict:
     detail = {h.name: h.detail for h in (*posterior.first.values(), *reversed(lead))}
     group = told_apart(posterior.base, group, detail.get(next(iter(group), ""), ""))
     name = next(iter(group), None)
-    return Verdict(Code.NOISE, name, group=group, beside=_open(posterior),
-                   details=tuple(detail[each] for each in group[:1] if each in detail))
+    details = tuple(detail[each] for each in group[:1] if each in detail)
+    if name == RATES and (form := as_no_plate_scatters(posterior.base, details)):
+        return Verdict(Code.UNKNOWN, "spin_rad_s", details=(form,), errs="error")
+    return Verdict(Code.NOISE, name, group=group, beside=_open(posterior), details=details)
 
 
 def _best_step(posterior: Posterior) -> tuple[str, ...]:

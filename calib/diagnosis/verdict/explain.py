@@ -27,13 +27,13 @@ from calib.diagnosis.verdict.wording import (
     covariate,
     curves,
     enumeration,
-    how_rates_scatter,
     kind_of_noise,
     minutes_of,
     missing,
     noise_in_the_model,
     odds_in_words,
     physics,
+    rates_by_the_readings,
     readable,
     remedy_of_noise,
     step_of_noise,
@@ -239,7 +239,8 @@ def _noise(case: Case) -> Explanation:
         )
         return Explanation("open", "its bias wanders during the session", text, step, following)
     if name == "rate_scatter":
-        text = (f"{how_rates_scatter(case.fit, case.misfit, case.verdict.details)} {_alike(case)}"
+        rates = rates_by_the_readings(case.fit) if from_run_to_run else ""
+        text = (f"The rate of the plate scatters {case.how} ({case.misfit}){rates}. {_alike(case)}"
                 f"{instead}Film the plate with each pose, so that each has its own.")
         if step == "add" and (case.advice is not None or from_run_to_run):
             step, following = "record", f"Film the plate with each pose ({CLIPS.minutes:.0f} min)"

@@ -1,5 +1,7 @@
 """Kind of noise of a residual without any shape, by the evidence of each."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.special import fdtrc
 
@@ -8,6 +10,7 @@ from calib.diagnosis.hypotheses.courses import (
     FROM_RUN_TO_RUN,
     WANDER_SPANS,
     scattering_rates,
+    scatters_too_much,
 )
 from calib.diagnosis.search.posterior import Posterior
 from calib.effects.catalogue import find_effect
@@ -70,6 +73,18 @@ def unexplained_noise(fit: Fit) -> str | None:
         return None
     p_value = fdtrc(fit.dof, fit.poses.noise_dof, times_stated(fit) ** 2)
     return names[0] if p_value < MISFIT_P_VALUE else None
+
+
+def as_no_plate_scatters(fit: Fit, details: Sequence[str]) -> str:
+    """Words for rates that scatter from pose to pose as those of no plate do; "" where they do not.
+
+    ``details`` are those of the verdict. A rate of its own for every pose makes up most of any
+    large error of the sensor.
+    """
+    if FROM_RUN_TO_RUN in details or not scatters_too_much(fit):
+        return ""
+    return (f"as if that scattered by {100 * fit.relative_misfit:.2g} % from pose to pose, which "
+            f"no plate that turns evenly does")
 
 
 def kinds_in_a_class(posterior: Posterior) -> tuple[str, ...]:

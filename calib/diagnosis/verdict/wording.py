@@ -4,11 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.courses import (
-    FROM_POSE_TO_POSE,
-    FROM_RUN_TO_RUN,
-    scatters_too_much,
-)
 from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE, OWN_AXIS
 from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
@@ -172,18 +167,6 @@ def odds_in_words(probability: float) -> str:
     if probability >= 0.01:
         return f"{100 * probability:.0f} in 100"
     return "less than 1 in 100"
-
-
-def how_rates_scatter(fit: Fit, misfit: str, details: Sequence[str]) -> str:
-    """How the rates of the plate scatter, with the ``misfit``, and by how much where that says
-    more: a sentence.
-    """
-    how = (*details, FROM_POSE_TO_POSE)[0]
-    by = rates_by_the_readings(fit) if how == FROM_RUN_TO_RUN else (
-        f": by {100 * fit.relative_misfit:.2g} %, which no plate that turns evenly does; a large "
-        f"error of the sensor that has no formula would look the same"
-    ) * scatters_too_much(fit)
-    return f"The rate of the plate scatters {how} ({misfit}){by}."
 
 
 def rates_by_the_readings(fit: Fit) -> str:
