@@ -12,7 +12,7 @@ from calib.diagnosis.hypotheses.columns import causes
 from calib.diagnosis.verdict.decision import Code
 from calib.discovery.discover import Discovered
 from calib.discovery.together import discover_each
-from calib.effects.catalogue import STEP
+from calib.effects.catalogue import EFFECTS, STEP
 from calib.errors import CalibrationError
 from calib.fit.validation.elsewhere import mean_square_apart, mean_square_error
 from pipeline.config.edit import add_entry
@@ -52,7 +52,8 @@ def next_change(
         alone = [(name,) for name in (*diagnosis.addable, *diagnosis.names)]
         for named in ([diagnosis.names] if len(diagnosis.names) > 1 else []) + alone:
             names = [diagnosis.offered(name) for name in named]
-            if any(Target((result.triad,), name) in refused for name in names):
+            if any(Target((result.triad,), name) in refused or _is_of_the_bench_or_not(result, name)
+                   for name in names):
                 continue
             changes = _in_turn(outcome, result, names, run)
             beside = _beside(outcome, result, names, run) if changes else []
@@ -83,6 +84,15 @@ def _in_turn(
         except CalibrationError:
             return ()
     return changes
+
+
+def _is_of_the_bench_or_not(result: TriadResult, name: str) -> bool:
+    """Whether one member of the class of ``name`` is an error of the bench and another is none.
+
+    The first leaves the correction of a log alone, and says of the stated rate when it held.
+    """
+    members = (name, *_others(result, name))
+    return len({EFFECTS[each].belongs_to == "bench" for each in members if each in EFFECTS}) > 1
 
 
 def _others(result: TriadResult, name: str) -> Sequence[str]:

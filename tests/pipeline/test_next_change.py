@@ -101,3 +101,16 @@ def test_a_member_of_a_class_that_these_poses_cannot_determine_does_not_keep_out
 
     (change,) = next_change(before, without_warm_up)
     assert str(change.target) == "accelerometer.temperature_bias"
+
+
+def test_a_plate_that_slows_or_a_gain_that_drifts_is_a_question_and_no_guess(
+    tmp_path: Path,
+) -> None:
+    """With the plate in the model the stated rate would be that of the first sample."""
+    config = hiding(tmp_path, PAPER, "gyroscope", ("reference_drift", 30.0), seed=2)
+    run = Runs()
+    before = run(config)
+    result = before.triad("gyroscope")
+    assert result is not None
+    assert {*result.diagnosis.group} == {"reference_drift", "scale_drift"}
+    assert not next_change(before, run)
