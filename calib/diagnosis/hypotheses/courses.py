@@ -27,7 +27,6 @@ PAUSE = 2.0
 """Time between two poses over the usual one, from which it is a pause: something was done in it
 besides laying the sensor, and a bias that steps does so there. A judgement."""
 FROM_RUN_TO_RUN = "from run to run"  #: how the rate of the plate scatters between settings
-FROM_POSE_TO_POSE = "from pose to pose"  #: how it scatters within them
 WANDER_SPANS = (0.05, 0.2, 0.8, 3.2)
 """Correlation times of a wandering bias over the length of the session, four times apart. Derived:
 from what moves from pose to pose to a random walk, which about its mean is what any slower one
@@ -118,7 +117,7 @@ def scattering_rates(fit: Fit) -> list[Hypothesis]:
     courses = {FROM_RUN_TO_RUN: _by_run(poses, turning)}
     if poses.reference.is_null.any():
         shares = np.where(turning, poses.reference.magnitude, 0.0)
-        courses[FROM_POSE_TO_POSE] = Course.of_size(np.diag(shares)[:, turning])
+        courses["from pose to pose"] = Course.of_size(np.diag(shares)[:, turning])
     prior = float(np.log(ODDS_RARE / len(courses)))
     return [Hypothesis("rate_scatter", "drawn", prior, course=course, detail=detail)
             for detail, course in courses.items()]

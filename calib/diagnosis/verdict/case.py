@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from calib.diagnosis.hypotheses.courses import FROM_POSE_TO_POSE
 from calib.diagnosis.next_measurement.advice import Advice, pose_in_words
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
@@ -56,8 +55,3 @@ class Case:
     def named(self, labels: Sequence[str]) -> list[str]:
         """Poses by their files and attitudes."""
         return [pose_in_words(self.fit, label) for label in labels]
-
-    @property
-    def how(self) -> str:
-        """How what is drawn is drawn; without a detail from pose to pose."""
-        return next(iter(self.verdict.details), FROM_POSE_TO_POSE)

@@ -240,8 +240,8 @@ def _noise(case: Case) -> Explanation:
         return Explanation("open", "its bias wanders during the session", text, step, following)
     if name == "rate_scatter":
         rates = rates_by_the_readings(case.fit) if from_run_to_run else ""
-        text = (f"The rate of the plate scatters {case.how} ({case.misfit}){rates}. {_alike(case)}"
-                f"{instead}Film the plate with each pose, so that each has its own.")
+        text = (f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}){rates}. "
+                f"{_alike(case)}{instead}Film the plate with each pose, so that each has its own.")
         if step == "add" and (case.advice is not None or from_run_to_run):
             step, following = "record", f"Film the plate with each pose ({CLIPS.minutes:.0f} min)"
         return Explanation("open", "the rate of the plate scatters", text, step, following)
