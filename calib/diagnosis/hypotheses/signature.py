@@ -29,7 +29,9 @@ from calib.poses.imu_log import FloatArray
 SMALL_MISFIT = VISIBLE_SHARE / 4
 """Misfit over the readings. Derived: four columns make up what shows four times as much of itself.
 """
-ROUNDS = 2  #: to the expected readings, each closer by the factor of the gain errors; numerical
+ROUNDS = 2
+"""Number of rounds towards the expected readings, each closer by the factor of the errors of gain,
+some per cent. Numerical."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +149,6 @@ def at_expected_readings(fit: Fit) -> Fit:
             at = Estimate.of(equations, fit.theta, fit.eta, fit.shapes)
         except FitFailed:  # effects so large that these readings have no vectors
             return fit
-    if not np.isfinite(at.rows.jacobian).all():
-        return fit
     rows = replace(at.rows, residual=fit.rows.residual)
     return replace(fit, equations=equations, at=replace(at, rows=rows))
 
