@@ -23,11 +23,13 @@ for _name in sorted(EFFECTS, key=lambda name: EFFECTS[name].columns.__module__):
     EFFECTS[_name] = EFFECTS.pop(_name)  # whichever module was imported first elsewhere
 
 __all__ = [
-    "BASE", "EFFECTS", "SECOND_WARM_UP", "STEP", "WARM_UP", "UnknownEffect", "find_effect",
-    "further_step",
+    "BASE", "EFFECTS", "REFERENCE_DRIFT", "SECOND_WARM_UP", "STEP", "WARM_UP", "UnknownEffect",
+    "find_effect", "further_step",
 ]
 
 BASE = ("bias", "scale", "misalignment")
+
+REFERENCE_DRIFT = "reference_drift"
 
 STEP = "bias_step"
 FURTHER_STEPS = tuple(map(str, range(2, 10)))

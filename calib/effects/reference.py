@@ -69,7 +69,7 @@ def reference_scale(at: Conditions) -> FloatArray:
     belongs_to="bench",
     only_for=("gyroscope",),
     page=Page(
-        formula="m → m (1 + d · t)",
+        formula="m → m (1 + d · t), t from the middle of the turning poses",
         typical={"record player": typical(between(0.1, 1, "%/h"), note="while the motor warms up")},
         source="motor drift",
         confounded="a scale_drift that is the same on all axes, exactly, in every design",
@@ -78,7 +78,7 @@ def reference_scale(at: Conditions) -> FloatArray:
 )
 def reference_drift(at: Conditions) -> FloatArray:
     """The plate speeds up or slows down through the session, unseen by the one clip."""
-    return np.asarray(_magnitude(at) * at.time_s / SECONDS_PER_HOUR)[:, None]
+    return np.asarray(_magnitude(at) * at.since_middle_s / SECONDS_PER_HOUR)[:, None]
 
 
 @effect(

@@ -18,7 +18,7 @@ PLACE_COLUMN = "pose:"
 OTHER_TRIAD = ("other_x", "other_y", "other_z")
 """Columns with the nominal reading of the other triad, SI."""
 
-FIELDS = (*VECTORS, "magnitude", "spin_rad_s", "time_s")
+FIELDS = (*VECTORS, "magnitude", "spin_rad_s", "time_s", "since_middle_s")
 """Fields of :class:`Conditions` beside the vector and the logged columns."""
 
 
@@ -38,6 +38,8 @@ class Conditions(Rows):
         Rate of the plate, positive counter-clockwise seen from above, 0 when stopped.
     time_s : array, shape (n,)
         Time since the session began.
+    since_middle_s : array, shape (n,)
+        Time since the middle of the poses that have a reference.
     previous : array, shape (n, 3)
         What each sensitive axis sensed in the pose recorded before; 0 for the first and after rest.
     vibration : array, shape (n, 3)
@@ -52,6 +54,7 @@ class Conditions(Rows):
     force: FloatArray
     spin_rad_s: FloatArray
     time_s: FloatArray
+    since_middle_s: FloatArray
     previous: FloatArray
     vibration: FloatArray
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -88,7 +91,7 @@ class Conditions(Rows):
     def with_vector(self, vector: FloatArray) -> "Conditions":
         """The same conditions at the vectors ``vector`` (n, 3), SI."""
         return Conditions(vector, self.magnitude, self.force, self.spin_rad_s, self.time_s,
-                          self.previous, self.vibration, self.columns)
+                          self.since_middle_s, self.previous, self.vibration, self.columns)
 
     def as_in_a_log(self, time_s: float | FloatArray) -> "Conditions":
         """The same conditions as far as samples tell them: no pose before, quiet, no plate.

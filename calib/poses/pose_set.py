@@ -145,6 +145,13 @@ class PoseSet(Rows):
         before[order[1:]] = order[:-1]
         return before
 
+    @cached_property
+    def turning_s(self) -> tuple[float, float]:
+        """Times of the first and the last pose with a reference, s; NaN where they are not known.
+        """
+        turning = self.time_s[~self.reference.is_null]
+        return (float(turning.min()), float(turning.max())) if len(turning) else (0.0, 0.0)
+
     def conditions(self, vector: FloatArray, sensed: FloatArray | None = None) -> Conditions:
         """Conditions at which effects are evaluated.
 
@@ -165,6 +172,7 @@ class PoseSet(Rows):
             force=self.force,
             spin_rad_s=self.spin_rad_s,
             time_s=self.time_s,
+            since_middle_s=self.time_s - (self.turning_s[0] + self.turning_s[1]) / 2,
             previous=previous if np.isfinite(self.time_s).all() else np.full_like(vector, np.nan),
             vibration=self.vibration,
             columns={**self.columns, **self._unlogged(vector)},

@@ -106,7 +106,7 @@ def test_a_member_of_a_class_that_these_poses_cannot_determine_does_not_keep_out
 def test_a_plate_that_slows_or_a_gain_that_drifts_is_a_question_and_no_guess(
     tmp_path: Path,
 ) -> None:
-    """With the plate in the model the stated rate would be that of the first sample."""
+    """One is the sensor's and goes with it, the other stays on the bench."""
     config = hiding(tmp_path, PAPER, "gyroscope", ("reference_drift", 30.0), seed=2)
     run = Runs()
     before = run(config)

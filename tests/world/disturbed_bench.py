@@ -9,7 +9,10 @@ from tests.world.hidden import Hidden
 
 
 def disturbed_run(run: Run, begin_s: float, hidden: tuple[Hidden, ...]) -> Run:
-    """The run as the plate really turns; its clip was taken at power-on, undisturbed."""
+    """The run as the plate really turns; its clip was taken at power-on, undisturbed.
+
+    That of a plate that drifts was taken ``filmed_s`` of its detail later.
+    """
     motion = run.motion
     for effect in hidden:
         if motion is None or effect.triad != "gyroscope":
@@ -20,9 +23,10 @@ def disturbed_run(run: Run, begin_s: float, hidden: tuple[Hidden, ...]) -> Run:
         elif effect.name == "reference_scale":
             motion = replace(motion, rate_rad_s=rate * (1 + float(size)))
         elif effect.name == "reference_drift":
+            filmed_s = float(effect.detail.get("filmed_s", 0.0))
             motion = replace(
                 motion,
-                rate_rad_s=rate * (1 + float(size) * begin_s),
+                rate_rad_s=rate * (1 + float(size) * (begin_s - filmed_s)),
                 drift_rad_s2=motion.drift_rad_s2 + rate * float(size),
             )
         elif effect.name == "direction_dependent_rate":

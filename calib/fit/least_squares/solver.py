@@ -22,6 +22,7 @@ from functools import partial
 
 import numpy as np
 
+from calib.effects.catalogue import REFERENCE_DRIFT
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.variation import about_mean
 from calib.errors import Undetermined
@@ -39,11 +40,13 @@ from calib.fit.least_squares.stack_fits import (
     near_warm_start,
     only_fit,
 )
+from calib.fit.least_squares.widened import undated
 from calib.fit.linear import combined
 from calib.fit.model import Model
 from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -85,7 +88,7 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
 
 def _fit_as_stated(poses: PoseSet, model: Model, robust: bool) -> Fit:
     """The fit with the sds and common errors of ``poses``, widened by drawn effects or not."""
-    return only_fit(_cold_fits(Equations.of_sets((poses,), model), robust))
+    return only_fit(_cold_fits((poses,), model, robust))
 
 
 def fit_sets(
@@ -131,8 +134,7 @@ def fit_sets(
         for first in range(0, len(indices), size):
             index = np.array(indices[first : first + size])
             of_set = model.within(sets[index[0]].conditions(sets[index[0]].reading))
-            equations = Equations.of_sets([sets[i] for i in index], of_set)
-            fits = _cold_fits(equations, robust, precision)
+            fits = _cold_fits([sets[i] for i in index], of_set, robust, precision)
             yield Fits(index[fits.index], fits.fitted,
                        {int(index[k]): error for k, error in fits.refusals.items()})
 
@@ -206,8 +208,24 @@ def _remembering(latest: Fit) -> tuple[Equations, Estimate]:
     return equations, at
 
 
-def _cold_fits(equations: Equations, robust: bool, precision: Precision = EXACT) -> Fits:
-    """The fits of a stack from the ellipsoids."""
+def _cold_fits(
+    sets: Sequence[PoseSet], model: Model, robust: bool, precision: Precision = EXACT
+) -> Fits:
+    """The fits of a stack from the ellipsoids; of a drifting rate with what its clips leave open.
+    """
+    fits = _as_stated(Equations.of_sets(sets, model), robust, precision)
+    drift = model.slices().get(REFERENCE_DRIFT)
+    if drift is None or fits.fitted is None:
+        return fits
+    per_s = np.zeros(len(sets))
+    k, fitted = drift.start, fits.fitted
+    per_s[fits.index] = np.sqrt(fitted.theta[:, k] ** 2 + fitted.cov[:, k, k]) / SECONDS_PER_HOUR
+    wider = [undated(poses, each) for poses, each in zip(sets, per_s, strict=True)]
+    return _as_stated(Equations.of_sets(wider, model), robust, precision)
+
+
+def _as_stated(equations: Equations, robust: bool, precision: Precision) -> Fits:
+    """The fits of a stack from the ellipsoids, with the common errors of its poses."""
     nearest_to_best = partial(from_best_shapes, precision=precision)
 
     def cold(start: FloatArray) -> Fits:

@@ -1,4 +1,4 @@
-"""Poses whose sds and common errors contain the effects that are drawn per pose."""
+"""Poses whose sds and common errors contain what a model of their effects adds to them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +12,9 @@ from calib.poses.pose_set import PoseSet
 
 WANDERS = "wander of the bias "
 """Prefix of the names of the common errors that make up a wandering bias."""
+
+FILMED = "time of the clips"
+"""Name of the common error of rates that drift: that of all clips taken together. Definition."""
 
 MODES = 32
 """Number of the strongest modes of a course, a limit of size; the rest is added to the sds."""
@@ -56,7 +59,28 @@ def widened(poses: PoseSet, drawn: Sequence[Drawn]) -> PoseSet:
             common=np.hstack([reference.common, np.zeros((len(poses), len(names)))]),
             common_names=(*reference.common_names, *names),
             on_vector=np.concatenate([before, on_vector], axis=2))
-    return replace(poses, sd=np.sqrt(sd), reference=reference, stated=poses)
+    return replace(poses, sd=np.sqrt(sd), reference=reference, stated=poses.as_stated)
+
+
+def undated(poses: PoseSet, drift_per_s: float) -> PoseSet:
+    """``poses`` with stated rates that were measured at any time while they turned.
+
+    A rate that drifts by ``drift_per_s``, relative to itself, was then another one: the time has a
+    uniform distribution (JCGM 100, 4.3.7). Clips of several settings were all taken at one time or
+    each at its own: one error is common to all, another to the poses of each setting.
+    """
+    reference, (first, last) = poses.reference, poses.turning_s
+    drawn = reference.on_vector
+    sd = abs(drift_per_s) * (last - first) / np.sqrt(12) * reference.magnitude
+    of_setting = np.array([name in reference.of_setting for name in reference.common_names], bool)
+    shown = of_setting & (reference.common != 0)
+    each = np.where(shown & (of_setting.sum() > 1), sd[:, None], 0.0)
+    reference = replace(
+        reference, common=np.column_stack([
+            np.hypot(reference.common, each), np.where(shown.any(axis=1), sd, 0.0)]),
+        common_names=(*reference.common_names, FILMED),
+        on_vector=None if drawn is None else np.pad(drawn, ((0, 0), (0, 0), (0, 1))))
+    return replace(poses, reference=reference, stated=poses.as_stated)
 
 
 def _courses(apart_s: FloatArray, tau_s: float) -> tuple[FloatArray, FloatArray]:

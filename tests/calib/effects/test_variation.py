@@ -21,12 +21,14 @@ the mean temperature or the time of a step."""
 def at_another_origin(at: Conditions) -> Conditions:
     """The same conditions 11 °C warmer, an hour later, of a sensor with more noise."""
     warmer = {**at.columns, "temperature_c": at.columns["temperature_c"] + 11.0}
-    return replace(at, columns=warmer, time_s=at.time_s + 3600.0, vibration=at.vibration + 0.3)
+    return replace(at, columns=warmer, time_s=at.time_s + 3600.0,
+                   since_middle_s=at.since_middle_s + 3600.0, vibration=at.vibration + 0.3)
 
 
 def without_a_course(at: Conditions) -> Conditions:
     """The same attitudes at one time, in one temperature and with one vibration."""
-    return replace(at, time_s=np.full(len(at), 311.7), vibration=np.full((len(at), 3), 0.02),
+    return replace(at, time_s=np.full(len(at), 311.7),
+                   since_middle_s=np.full(len(at), 11.7), vibration=np.full((len(at), 3), 0.02),
                    columns={**at.columns, "temperature_c": np.full(len(at), 29.87)})
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,7 +22,6 @@ from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
 
 
-@lru_cache
 @cache
 def evenings(count: int, *hidden: str) -> tuple[PoseSet, ...]:
     """Gyroscopes on the turning plate and at rest, each with its noise and the same effects."""
@@ -49,7 +48,8 @@ def assert_same(many: Fit, single: Fit) -> None:
 
 @pytest.mark.parametrize(("names", "robust"), [
     ((), False), ((), True), (("quadratic", "g_sensitivity"), False), (("cross_quadratic",), True),
-    (("reference_offset",), False), (("warm_up",), False), (("hysteresis",), False),
+    (("reference_offset",), False), (("reference_drift",), False),
+    (("warm_up",), False), (("hysteresis",), False),
 ])
 def test_a_stack_is_its_single_fits(names: tuple[str, ...], robust: bool) -> None:
     sets, model = evenings(4, "quadratic", "warm_up"), Model.of((*BASE, *names))
