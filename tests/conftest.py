@@ -20,9 +20,11 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Recordings begin first: others work while they wait for devices played in real time."""
+    """First the longest, which is mypy, and recordings: others work while these wait for devices
+    played in real time."""
     items.sort(key=lambda item: not item.nodeid.startswith((
-        "tests/pipeline/record/", "tests/pipeline/workbench/test_recording_page")))
+        "tests/test_static.py::test_the_tree_is_clean", "tests/pipeline/record/",
+        "tests/pipeline/workbench/test_recording_page")))
 
 
 @pytest.fixture

@@ -43,6 +43,8 @@ RIDGE = 1.0 / 64.0**2
 """Inverse square of a size far above the noise: it keeps what no row shows out of the size of a
 block. Numerical."""
 
+CACHED = 2**18  #: numbers in a processor's own cache, 2 MB; numerical
+
 
 def over_sizes(gain: FloatArray) -> FloatArray:
     """Average over tau of log densities ``gain`` (taus, ...), one less axis: (...,)."""
@@ -140,7 +142,7 @@ class Sets:
         """Upper bound of the log density (B,), no unit: that of the residual fitted at no cost."""
         return np.logaddexp(*self.noise.log_density(self._fitted[1], 0.0, self.chi2))
 
-    def take(self, which: IntArray) -> "Sets":
+    def take(self, which: IntArray | slice) -> "Sets":
         """The sets ``which`` alone."""
         return replace(self, gram=self.gram[which], squared=self.squared[which],
                        product=self.product[which], block=self.block[which], seen=self.seen[which])
@@ -173,20 +175,35 @@ class Sets:
             return block_log_densities(strength, along, self.chi2, self.noise)
         taus = self.likeliest_sizes()
         density, average = np.zeros((2, len(taus)))
-        for k in range(taus.shape[1]):
-            gain = self._log_densities(k, taus)
+        last = taus.shape[1] - 1
+        solved = self._without_last(taus[None, :, last:])
+        for k in range(last + 1):
+            gain = self._log_densities(k, taus, *solved) if k < last else self._of_last(taus)
             best = gain.argmax(axis=0)
             taus[:, k] = TAUS[best]
             density = gain[best, np.arange(len(best))]
             average += over_sizes(gain) - density
         return np.asarray(density + average)
 
-    def _log_densities(self, k: int, taus: FloatArray) -> FloatArray:
-        """Log density (sizes, B) for every size of block ``k``, the others' as of ``taus`` (B, k).
+    def _of_last(self, taus: FloatArray) -> FloatArray:
+        """Log density (sizes, B) for every size of the last block, those of others in ``taus``.
+
+        So many sets at once as stay in the cache: their matrices are as many as sizes.
+        """
+        step = max(1, CACHED // (len(TAUS) * self.gram[0].size))
+        some = [slice(first, first + step) for first in range(0, len(taus), step)]
+        return np.concatenate([
+            part._log_densities(taus.shape[1] - 1, taus[one],
+                                *part._without_last(TAUS[:, None, None]))
+            for one, part in ((one, self.take(one)) for one in some)], axis=1)
+
+    def _without_last(self, size: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The matrix (sizes, B, a + 1, a + 1) less the last block of ``size`` (sizes, B or 1, 1).
+
+        And the logarithm (sizes, B) of that block's determinant.
         """
         inside, across, along, of_last = self._parts
-        last, a = taus.shape[1] - 1, inside.shape[1]
-        squares = (TAUS[:, None, None] if k == last else taus[None, :, last:]) ** 2
+        a, squares = inside.shape[1], size**2
         signal = squares * self.squared
         share = squares / (1 + signal)
         log_det = np.log1p(signal).sum(axis=-1)
@@ -195,6 +212,16 @@ class Sets:
         matrix[..., :a, :a] = inside - held @ across.swapaxes(1, 2)
         matrix[..., a, :a] = matrix[..., :a, a] = along - (held @ of_last[..., None])[..., 0]
         matrix[..., a, a] = self.chi2 - (share * of_last**2).sum(axis=-1)
+        return matrix, log_det
+
+    def _log_densities(
+        self, k: int, taus: FloatArray, matrix: FloatArray, log_det: FloatArray
+    ) -> FloatArray:
+        """Log density (sizes, B) for every size of block ``k``, the others' as of ``taus`` (B, k).
+
+        ``matrix`` and ``log_det`` as of :meth:`_without_last`.
+        """
+        last, a = taus.shape[1] - 1, self.block.shape[1]
         size = np.take_along_axis(taus, self.block, axis=1)[None]
         if k < last:
             size = np.where(self.block == k, TAUS[:, None, None], size)
