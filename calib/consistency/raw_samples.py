@@ -12,7 +12,7 @@ frozen.
 model of bias, scale and misalignment without a residual, and contain no information on the sensor.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,16 +71,16 @@ def find_frozen(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> list[F
     """
     for of, columns in STILL_PARTS.items():
         with_all = [i for i, log in enumerate(logs) if all(log.has(triad) for triad, _ in columns)]
-        values, shown = ([np.hstack([log.readings(triad)[:, axes] + 0.0 for triad, axes in columns])
-                          for log in every if all(log.has(triad) for triad, _ in columns)]
+        values, shown = ((np.hstack([log.readings(triad)[:, axes] + 0.0 for triad, axes in columns])
+                          for log in every if all(log.has(triad) for triad, _ in columns))
                          for every in (logs, others))
-        if values and (stretches := _stretches(of, with_all, values, shown)):
+        if with_all and (stretches := _stretches(of, with_all, [*values], shown)):
             return stretches
     return []
 
 
 def _stretches(
-    of: str, index: Sequence[int], logs: Sequence[FloatArray], others: Sequence[FloatArray]
+    of: str, index: Sequence[int], logs: Sequence[FloatArray], others: Iterable[FloatArray]
 ) -> list[FrozenStretch]:
     """Find frozen stretches in some columns, (t, k) of each log."""
     again = [(values[1:] == values[:-1]).all(axis=1) for values in logs]
@@ -89,13 +89,16 @@ def _stretches(
     inside = sum(count - 1 for _, count in stretches)
     rows = sum(map(len, logs))
     shortest = SHORTEST_OF_ONE if logs[0].shape[1] == 1 else 0.0
+    least = [max(shortest * len(values), np.sqrt(len(values))) for values in logs]
+    if all(count <= each for (_, count), each in zip(stretches, least, strict=True)):
+        return []  # of nearly all sessions
     noisy = logs if inside < rows - len(logs) else (*logs, *others)
     stays = max((equal - inside + 1) / (rows + 2), _stays_in_a_step(noisy))
     by_chance = 1 + np.log(FALSE_ALARM / rows) / np.log(min(stays, 1 - 1 / rows))
     return [
         FrozenStretch(i, start, count, of)
-        for i, values, (start, count) in zip(index, logs, stretches, strict=True)
-        if count > max(by_chance, shortest * len(values), np.sqrt(len(values)))
+        for i, each, (start, count) in zip(index, least, stretches, strict=True)
+        if count > max(by_chance, each)
     ]
 
 

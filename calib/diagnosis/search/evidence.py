@@ -33,7 +33,7 @@ from calib.fit.noise_size import LARGEST_OCTAVE, Noise
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 #: sizes of an effect, noise units, each twice the one before; numerical
-TAUS = 2.0 ** np.arange(LARGEST_OCTAVE + 1)
+TAUS = np.exp2(np.arange(LARGEST_OCTAVE + 1, dtype=float))
 HALF_CAUCHY = TAUS / (1.0 + (TAUS / CONSTANTS.typical_size) ** 2)
 """Derived: its density over the logarithm of tau, up to a factor."""
 

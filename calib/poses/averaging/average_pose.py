@@ -177,9 +177,11 @@ def average_pose(
             f"pose for some seconds."
         )
     means: dict[Triad, TriadMean] = {}
+    nominal: dict[Triad, FloatArray] = {}
     angle = None if rate_rad_s == 0 else _angle(log, specs, n, abs(rate_rad_s))
     harmonics = (np.zeros((n, 0)) if rate_rad_s == 0 else
                  _harmonics(log.time_s[:n], abs(rate_rad_s)))
+    share_left = _share_left(harmonics)
     creep_rad_s, sway = 0.0, math.nan
     strays = usual or dict.fromkeys(TRIADS, np.zeros(3))
     duration_s = float(log.time_s[n - 1] - log.time_s[0])
@@ -190,7 +192,7 @@ def average_pose(
         spec = specs[triad]
         counts = spec.signed(log.readings(triad)[:n])
         check_counts(log.label, triad, counts, spec)
-        values = spec.nominal(counts)
+        nominal[triad] = values = spec.nominal(counts)
         step = value_steps(counts) * spec.nominal_scale
         known = np.where(np.isfinite(step), step, 0.0)
         if rate_rad_s == 0:
@@ -205,9 +207,13 @@ def average_pose(
             if triad == "gyroscope":
                 check_steady(log.label, rest)
             check_attitude(log.label, triad, rest, known, strays[triad])
-        waves = None if angle is None else waves_of(values, log.time_s[:n], angle)
-        mean = _mean_of(counts, rest, spec)
-        means[triad] = replace(mean, waves=waves, variance=mean.variance / _share_left(harmonics))
+        mean = _mean_of(counts, rest, spec, step)
+        means[triad] = replace(mean, variance=mean.variance / share_left)
+    waves = None if angle is None or not nominal else waves_of(
+        np.hstack([*nominal.values()]), log.time_s[:n], angle)
+    if waves is not None:
+        for k, triad in enumerate(nominal):
+            means[triad] = replace(means[triad], waves=waves.of(slice(3 * k, 3 * k + 3)))
     force = means["accelerometer"]
     reading_names = {name for triad in specs for name in TRIAD_KINDS[triad].columns}
     check_calm(log.label, force.scatter, sway, float(np.linalg.norm(force.mean)),
@@ -227,15 +233,17 @@ def average_pose(
     )
 
 
-def _mean_of(counts: FloatArray, rest: FloatArray, spec: TriadSpec) -> TriadMean:
-    """Mean of readings (n, 3); ``rest`` (n, 3) is their residual noise, SI."""
+def _mean_of(
+    counts: FloatArray, rest: FloatArray, spec: TriadSpec, step: FloatArray
+) -> TriadMean:
+    """Mean of readings (n, 3); ``rest`` (n, 3) is their residual noise, ``step`` (3,), SI."""
     values = spec.nominal(counts)
     return TriadMean(
         mean=values.mean(axis=0),
         variance=batch_variance(rest, BATCHES),
         scatter=rest.var(axis=0, ddof=1),
         parts=batch_means(rest, PARTS),
-        step=value_steps(counts) * spec.nominal_scale,
+        step=step,
         unit=least_steps(counts, spec) * spec.nominal_scale,
         envelope=envelope(values),
     )
@@ -253,4 +261,5 @@ def _further_mean(log: ImuLog, triad: Triad, spec: TriadSpec, n: int) -> TriadMe
     if len(counts) < SHORTEST_SAMPLES:
         return NOT_LOGGED
     check_counts(log.label, triad, counts, spec)
-    return _mean_of(counts, spec.nominal(counts), spec)
+    step = value_steps(counts) * spec.nominal_scale
+    return _mean_of(counts, spec.nominal(counts), spec, step)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -73,15 +72,15 @@ class Levels:
         """The levels of the readings (t,) of one axis, in any unit."""
         half = (len(values) - 1) // 2
         middle = float(np.partition(values, half)[half])
-        finest = FINEST * float(np.median(np.abs(values - middle)))
+        deviation = float(np.median(np.abs(values - middle)))
+        finest = FINEST * deviation
         cell = np.rint((values - middle) / finest) if finest > 0 else values
         _, first, place = np.unique(cell, return_index=True, return_inverse=True)
         level = values[first]
         gap = np.concatenate([[np.inf], np.diff(level), [np.inf]])
         step = float(np.median(np.minimum(gap[:-1], gap[1:])[place]))
         # ``middle`` was read: half-way between two levels the deviation of most is half a step.
-        noise = max(float(np.median(np.abs(values - middle))), _beside_a_limit(level, place)
-                    ) / MEDIAN_OF_NORMAL
+        noise = max(deviation, _beside_a_limit(level, place)) / MEDIAN_OF_NORMAL
         noise = max(noise, ONE_LEVEL * step)
         return cls((level - middle) / noise, place, noise, step / noise)
 
@@ -126,8 +125,9 @@ class Levels:
         if times.max() <= LEAST_REPEATS:
             return np.zeros(len(times), dtype=bool)
         nothing = np.zeros(REACH, dtype=times.dtype)
-        around = sliding_window_view(np.concatenate([nothing, times, nothing]), 2 * REACH + 1)
-        beside = np.delete(around, REACH, axis=1).max(axis=1)
+        around = np.concatenate([nothing, times, nothing])
+        beside = np.maximum.reduce([around[first : first + len(times)]
+                                    for first in range(2 * REACH + 1) if first != REACH])
         return np.asarray(times > LEAST_REPEATS + NEIGHBOURS * beside)
 
 
@@ -137,8 +137,10 @@ def _beside_a_limit(level: FloatArray, place: IntArray) -> float:
     Noise that is cut off in its middle goes on without a gap where it is not cut off.
     """
     most = int(np.bincount(place).argmax())
+    if most not in (0, len(level) - 1):
+        return 0.0
     beside = np.sort(np.abs(level[place[place != most]] - level[most]))
-    if most not in (0, len(level) - 1) or len(beside) < LEAST_REPEATS:
+    if len(beside) < LEAST_REPEATS:
         return 0.0
     first, middle, third = np.quantile(beside, [0.25, 0.5, 0.75])
     gap = np.diff(beside[beside <= middle], prepend=0.0).max()

@@ -36,16 +36,13 @@ def value_steps(values: FloatArray) -> FloatArray:
     A converter steps by one count, or by more where the log was shifted or rounded; of a log in
     physical units the values themselves show it. Infinite where all are the same.
     """
-    steps = []
-    for axis in values.T:
-        whole = np.rint(axis)
-        if np.array_equal(axis, whole):
-            step = float(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
-        else:
-            gaps = np.diff(np.unique(axis))
-            step = float(gaps.min()) if gaps.size else 0.0
-        steps.append(step or np.inf)
-    return np.array(steps)
+    whole = np.rint(values)
+    is_whole = (values == whole).all(axis=0)
+    steps = np.zeros(values.shape[1])
+    steps[is_whole] = np.gcd.reduce((whole - whole[0])[:, is_whole].astype(np.int64), axis=0)
+    for k in np.flatnonzero(~is_whole):
+        steps[k] = np.diff(np.unique(values[:, k])).min(initial=np.inf)
+    return np.where(steps == 0, np.inf, steps)
 
 
 def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:

@@ -45,18 +45,22 @@ angle. A judgement."""
 
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """The waves of one triad in one pose, in its unit.
+    """The waves of k axes in one pose, each in its unit; k is 3 for those of one triad.
 
     Attributes
     ----------
-    amplitude : array, shape (2, 2, 3)
+    amplitude : array, shape (2, 2, k)
         Once and twice per turn, of the cosine and of the sine, of every axis.
-    variance : array, shape (2, 3)
+    variance : array, shape (2, k)
         Of the amplitudes once and twice per turn.
     """
 
     amplitude: FloatArray
     variance: FloatArray
+
+    def of(self, axes: slice) -> "Waves":
+        """Waves of the axes in a slice of the k."""
+        return Waves(self.amplitude[..., axes], self.variance[:, axes])
 
 
 def plate_angle(time_s: FloatArray, gyroscope: FloatArray | None, rate_rad_s: float) -> FloatArray:
@@ -130,8 +134,8 @@ def waves_of(values: FloatArray, time_s: FloatArray, angle: FloatArray) -> Waves
 
     Parameters
     ----------
-    values : array, shape (t, 3)
-        Of one triad, in its unit.
+    values : array, shape (t, k)
+        Of all axes, each in its unit.
     time_s, angle : array, shape (t,)
         Time stamps and the angle of the plate, rad.
 
@@ -150,7 +154,7 @@ def waves_of(values: FloatArray, time_s: FloatArray, angle: FloatArray) -> Waves
     inverse = np.linalg.inv(size)
     solution = inverse @ (shapes.T @ values)
     rest = values - design @ solution
-    amplitude = solution[: 2 * len(HARMONICS)].reshape(len(HARMONICS), 2, 3)
+    amplitude = solution[: 2 * len(HARMONICS)].reshape(len(HARMONICS), 2, -1)
     unit = (inverse[: 2 * len(HARMONICS)] ** 2).sum(axis=1)  # variance in white noise of one
     variance = []
     for harmonic, of_one in zip(HARMONICS, unit.reshape(-1, 2).mean(axis=1), strict=True):
