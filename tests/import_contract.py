@@ -89,7 +89,9 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("finding", "averaged", "stand_ins"), ("diagnose",),
         ("absorbed", "population"), ("formula_error",), ("unseen",), ("grounds",),
     ],
-    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],
+    "calib.diagnosis.hypotheses": [
+        ("columns", "filmed", "signature"), ("listed",), ("courses", "unlisted"),
+    ],
     "calib.diagnosis.search": [
         ("evidence",), ("table", "refit"), ("table_at", "candidates"), ("entry", "what_errs"),
         ("posterior",), ("imitation",), ("search",),

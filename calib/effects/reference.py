@@ -77,7 +77,7 @@ def reference_scale(at: Conditions) -> FloatArray:
     ),
 )
 def reference_drift(at: Conditions) -> FloatArray:
-    """The plate speeds up or slows down through the session, unseen by the one clip."""
+    """The plate speeds up or slows down through the session, which its clips do not show."""
     return np.asarray(_magnitude(at) * at.since_middle_s / SECONDS_PER_HOUR)[:, None]
 
 

@@ -39,7 +39,7 @@ class Conditions(Rows):
     time_s : array, shape (n,)
         Time since the session began.
     since_middle_s : array, shape (n,)
-        Time since the middle of the poses that have a reference.
+        Time since the middle of the poses that have a stated rate in common; 0 in others.
     previous : array, shape (n, 3)
         What each sensitive axis sensed in the pose recorded before; 0 for the first and after rest.
     vibration : array, shape (n, 3)

@@ -17,7 +17,7 @@ from calib.poses.averaging.mean_noise import (
 from calib.poses.averaging.pose_mean import on_one_clock
 from calib.poses.averaging.sway import shaken
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
-from calib.poses.imu_log import FloatArray, IntArray, Triad
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad
 from calib.poses.reference import Reference, join_references
 from calib.poses.rows import RowIndex, Rows, joined
 from calib.poses.runs.pose_run import PoseRun, check_alive, known_attitudes
@@ -146,10 +146,18 @@ class PoseSet(Rows):
         return before
 
     @cached_property
+    def shares_rate(self) -> BoolArray:
+        """Whether a turning pose has no rate of its own, by a clip taken with it, (n,)."""
+        reference = self.reference
+        of_setting = [name in reference.of_setting for name in reference.common_names]
+        in_common = (reference.sd == 0) | reference.common[:, of_setting].any(axis=1)
+        return np.asarray(~reference.is_null & in_common)
+
+    @cached_property
     def turning_s(self) -> tuple[float, float]:
-        """Times of the first and the last pose with a reference, s; NaN where they are not known.
+        """Times of the first and the last pose of a common rate, s; NaN where they are not known.
         """
-        turning = self.time_s[~self.reference.is_null]
+        turning = self.time_s[self.shares_rate]
         return (float(turning.min()), float(turning.max())) if len(turning) else (0.0, 0.0)
 
     def conditions(self, vector: FloatArray, sensed: FloatArray | None = None) -> Conditions:
@@ -172,7 +180,7 @@ class PoseSet(Rows):
             force=self.force,
             spin_rad_s=self.spin_rad_s,
             time_s=self.time_s,
-            since_middle_s=self.time_s - (self.turning_s[0] + self.turning_s[1]) / 2,
+            since_middle_s=np.where(self.shares_rate, self.time_s - sum(self.turning_s) / 2, 0.0),
             previous=previous if np.isfinite(self.time_s).all() else np.full_like(vector, np.nan),
             vibration=self.vibration,
             columns={**self.columns, **self._unlogged(vector)},

@@ -11,7 +11,8 @@ from tests.world.hidden import Hidden
 def disturbed_run(run: Run, begin_s: float, hidden: tuple[Hidden, ...]) -> Run:
     """The run as the plate really turns; its clip was taken at power-on, undisturbed.
 
-    That of a plate that drifts was taken ``filmed_s`` of its detail later.
+    That of a plate that drifts was taken ``filmed_s`` of its detail later, or with a share
+    ``filmed`` of each run behind it.
     """
     motion = run.motion
     for effect in hidden:
@@ -24,6 +25,8 @@ def disturbed_run(run: Run, begin_s: float, hidden: tuple[Hidden, ...]) -> Run:
             motion = replace(motion, rate_rad_s=rate * (1 + float(size)))
         elif effect.name == "reference_drift":
             filmed_s = float(effect.detail.get("filmed_s", 0.0))
+            if "filmed" in effect.detail:
+                filmed_s = begin_s + float(effect.detail["filmed"]) * run.length_s
             motion = replace(
                 motion,
                 rate_rad_s=rate * (1 + float(size) * (begin_s - filmed_s)),

@@ -14,7 +14,15 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
-from calib.effects.catalogue import BASE, SECOND_WARM_UP, STEP, WARM_UP, find_effect
+from calib.diagnosis.hypotheses.filmed import between_clips
+from calib.effects.catalogue import (
+    BASE,
+    REFERENCE_DRIFT,
+    SECOND_WARM_UP,
+    STEP,
+    WARM_UP,
+    find_effect,
+)
 from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import why_not_finite
@@ -253,17 +261,22 @@ def listed_hypotheses(
         fit.model, fit.poses, user_effects, covariates)]
     absent = {effect.name: why_not_finite(effect, at) for effect in effects
               if not np.isfinite(effect.evaluate(at)).all()}
-    return _at_their_shapes([each for each in effects if each.name not in absent]), absent
+    return _in_their_forms(fit, [each for each in effects if each.name not in absent]), absent
 
 
-def _at_their_shapes(effects: Sequence[Effect]) -> Sequence[Hypothesis]:
-    """``effects``, all equally likely, at each start of their shapes."""
+def _in_their_forms(fit: Fit, effects: Sequence[Effect]) -> Sequence[Hypothesis]:
+    """``effects``, all equally likely, at each start of their shapes, with clips at any time."""
     each = float(np.log(CONSTANTS.odds_listed / max(len(effects), 1)))
     hypotheses = []
     for effect in effects:
         shapes: tuple[float | None, ...] = effect.shape.starts if effect.shape else (None,)
         prior = each - float(np.log(len(shapes)))
-        hypotheses += [Hypothesis(effect.name, "listed", prior, effect, s) for s in shapes]
+        forms = [effect]
+        if effect.name == REFERENCE_DRIFT and (open_times := between_clips(fit, effect)):
+            forms.insert(0, open_times)
+            prior -= float(np.log(len(forms)))
+        hypotheses += [Hypothesis(effect.name, "listed", prior, form, s)
+                       for form in forms for s in shapes]
     return hypotheses
 
 

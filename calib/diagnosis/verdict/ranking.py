@@ -11,6 +11,7 @@ from calib.diagnosis.search.entry import Entry
 from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.table import Table
+from calib.effects.effect import EFFECTS
 from calib.fit.triad.calibration import covariance_with_misfit
 from calib.poses.imu_log import FloatArray
 
@@ -141,6 +142,7 @@ def _candidate(
     fitted = next((one for one in joint if fitted_as in one.names), None)
     if h.kind == "listed" and fitted is not None:
         size, sd = _fitted(fitted, fitted_as)
+    shown = len(EFFECTS[h.name].parameters) if h.name in EFFECTS else None
     factors = posterior.log_factor[of_name]
     return Candidate(
         name=h.subject,
@@ -148,8 +150,8 @@ def _candidate(
         log_evidence=float(np.logaddexp.reduce(factors) - np.log(len(factors))),
         probability=probability,
         chi2_drop=drop,
-        size=size,
-        sd=sd,
+        size=size[:shown],
+        sd=sd[:shown],
         unit=unit,
         rms_after=rms,
         loo_after=loo,

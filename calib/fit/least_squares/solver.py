@@ -215,13 +215,17 @@ def _cold_fits(
     """
     fits = _as_stated(Equations.of_sets(sets, model), robust, precision)
     drift = model.slices().get(REFERENCE_DRIFT)
-    if drift is None or fits.fitted is None:
-        return fits
-    per_s = np.zeros(len(sets))
-    k, fitted = drift.start, fits.fitted
-    per_s[fits.index] = np.sqrt(fitted.theta[:, k] ** 2 + fitted.cov[:, k, k]) / SECONDS_PER_HOUR
-    wider = [undated(poses, each) for poses, each in zip(sets, per_s, strict=True)]
-    return _as_stated(Equations.of_sets(wider, model), robust, precision)
+    for with_misfit in (1, 0) if drift is not None else ():
+        if (fitted := fits.fitted) is None:
+            break
+        wider = [undated(poses, 0.0) for poses in sets]
+        for k, i in enumerate(fits.index):
+            one = fitted.one(k)
+            per_h = np.sqrt((one.theta[drift] ** 2 + np.diag(one.cov)[drift]).item())
+            wider[i] = undated(
+                sets[i], per_h / SECONDS_PER_HOUR, with_misfit * one.relative_misfit)
+        fits = _as_stated(Equations.of_sets(wider, model), robust, precision)
+    return fits
 
 
 def _as_stated(equations: Equations, robust: bool, precision: Precision) -> Fits:

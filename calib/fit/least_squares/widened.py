@@ -62,22 +62,23 @@ def widened(poses: PoseSet, drawn: Sequence[Drawn]) -> PoseSet:
     return replace(poses, sd=np.sqrt(sd), reference=reference, stated=poses.as_stated)
 
 
-def undated(poses: PoseSet, drift_per_s: float) -> PoseSet:
+def undated(poses: PoseSet, drift_per_s: float, relative_misfit: float = 0.0) -> PoseSet:
     """``poses`` with stated rates that were measured at any time while they turned.
 
     A rate that drifts by ``drift_per_s``, relative to itself, was then another one: the time has a
     uniform distribution (JCGM 100, 4.3.7). Clips of several settings were all taken at one time or
-    each at its own: one error is common to all, another to the poses of each setting.
+    each at its own: one error is common to all, another to the poses of each setting. What these
+    left of the rates, ``relative_misfit``, hides how much they drift.
     """
     reference, (first, last) = poses.reference, poses.turning_s
-    drawn = reference.on_vector
-    sd = abs(drift_per_s) * (last - first) / np.sqrt(12) * reference.magnitude
+    drawn, shared = reference.on_vector, poses.shares_rate
+    sd = np.hypot(drift_per_s * (last - first) / np.sqrt(12), relative_misfit) * reference.magnitude
     of_setting = np.array([name in reference.of_setting for name in reference.common_names], bool)
     shown = of_setting & (reference.common != 0)
     each = np.where(shown & (of_setting.sum() > 1), sd[:, None], 0.0)
     reference = replace(
         reference, common=np.column_stack([
-            np.hypot(reference.common, each), np.where(shown.any(axis=1), sd, 0.0)]),
+            np.hypot(reference.common, each), np.where(shared, sd, 0.0)]),
         common_names=(*reference.common_names, FILMED),
         on_vector=None if drawn is None else np.pad(drawn, ((0, 0), (0, 0), (0, 1))))
     return replace(poses, reference=reference, stated=poses.as_stated)

@@ -1,0 +1,65 @@
+"""Hypotheses of a plate that drifts while the settings of its rate are filmed one after another.
+
+What a clip stated was the rate at its own time. Rates of several settings so err by as much as the
+plate drifted between them, which is a parameter of its own for each setting.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.effects.effect import Effect
+from calib.errors import CalibrationError
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import extend
+from calib.numbers import SECONDS_PER_HOUR
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+
+LARGEST_APART = float(np.sqrt(12))
+"""Time between two clips over the sd of one that was taken at any time of the session. Derived: a
+uniform distribution."""
+
+
+def between_clips(base: Fit, drift: Effect) -> Effect | None:
+    """``drift`` with the time of each clip left open; None where the rows contradict it.
+
+    Parameters
+    ----------
+    base : Fit
+        Without it.
+    drift : Effect
+        ``reference_drift``.
+
+    Returns
+    -------
+    Effect or None
+        Its further parameters are what the rate of each setting errs by one sd of that time, in
+        1/h. None of a plate of one setting, where its poses show no drift, and where the clips
+        would have been taken further apart than the session is long: then the rates err by
+        something else.
+    """
+    at = base.equations.at_reading
+    shared = (at.magnitude > 0) & (at.since_middle_s != 0)
+    rates = np.unique(np.abs(at.spin_rad_s[shared]))
+    if len(rates) < 2:
+        return None
+    sd_h = float(np.ptp(at.since_middle_s[shared])) / LARGEST_APART / SECONDS_PER_HOUR
+
+    def columns(poses: Conditions) -> FloatArray:
+        magnitude = np.where(poses.magnitude > 0, poses.magnitude, 0.0)[:, None]
+        of_setting = np.abs(poses.spin_rad_s)[:, None] == rates
+        return np.hstack([drift.columns(poses), magnitude * of_setting * sd_h])
+
+    whole = replace(drift, columns=columns, parameters=(*drift.parameters, *map(str, rates)))
+    try:
+        joint = extend(base, [whole])
+    except CalibrationError:
+        return None
+    where = joint.model.slices()[drift.name]
+    per_h, *offsets = joint.theta[where]
+    sd = np.sqrt(joint.cov[where.start, where.start] * max(joint.chi2 / max(joint.dof, 1), 1.0))
+    doubt = CONSTANTS.limit_sd * float(sd)
+    shows, apart = abs(per_h) > doubt, float(np.ptp(offsets)) / (abs(per_h) + doubt)
+    return whole if shows and apart < LARGEST_APART else None
