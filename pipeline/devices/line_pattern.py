@@ -159,10 +159,17 @@ def crc8(data: bytes) -> int:
     """
     crc = 0
     for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc << 1 ^ POLYNOMIAL * (crc >> 7)) & 0xFF
+        crc = _REMAINDERS[crc ^ byte]
     return crc
+
+
+def _remainder(byte: int) -> int:
+    for _ in range(8):
+        byte = (byte << 1 ^ POLYNOMIAL * (byte >> 7)) & 0xFF
+    return byte
+
+
+_REMAINDERS = bytes(map(_remainder, range(256)))
 
 
 def sketch_line(n: int, micros: int, words: tuple[int, ...]) -> str:

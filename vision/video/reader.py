@@ -76,7 +76,7 @@ class Frame:
         """The frame for display, blue-green-red, grey without chroma; shape (h, w, 3)."""
         if self.chroma is NO_CHROMA:
             return np.asarray(cv2.cvtColor(self.luma, cv2.COLOR_GRAY2BGR), np.uint8)
-        planes = np.dstack([self.luma, self.chroma])
+        planes = cv2.merge([self.luma, self.chroma])
         return np.asarray(cv2.cvtColor(planes, cv2.COLOR_YCrCb2BGR), np.uint8)
 
 
