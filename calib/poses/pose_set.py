@@ -239,13 +239,12 @@ def pose_set(
     Raises
     ------
     Undetermined
-        An axis gives the very same value in all poses of a run.
+        An axis gives the very same value in all poses.
     FitFailed
         By ``correct_force``: its effects are larger than the readings.
     """
-    for run in runs:
-        check_alive(run.means, triad, run.name)
     means = [mean for run in runs for mean in run.means]
+    check_alive(means, triad, " and ".join(run.name for run in runs))
     time_s = on_one_clock(means) - origin_s
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
     other = "gyroscope" if triad == "accelerometer" else "accelerometer"

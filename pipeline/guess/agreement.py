@@ -73,9 +73,9 @@ def _other_unit(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def _no_gravity(guess: SessionGuess, table: TableGuess) -> str:
-    """An accelerometer alone that reads the same in every rest of all its logs."""
+    """An accelerometer that reads the same in every rest of all its logs."""
     source = next(source for source in guess.sources if table in source.tables)
-    if (table.accelerometer is None or guess.gyroscope is not None or source.layout != "log"
+    if (table.accelerometer is None or source.layout != "log"
             or _too_short(guess, table)):
         return ""
     force = np.concatenate([each.si(each.accelerometer) for each in source.tables
@@ -87,9 +87,10 @@ def _no_gravity(guess: SessionGuess, table: TableGuess) -> str:
 def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:
     """Two axes, of one triad or of both, that hold the same numbers."""
     triads = [triad for triad in (table.accelerometer, table.gyroscope) if triad]
+    logs = [each.table.columns for each in guess.tables]  # in one pose few levels may be equal
     for one, other in combinations([name for triad in triads for name in triad.columns], 2):
-        first, second = table.table.columns[one], table.table.columns[other]
-        if np.array_equal(first, second) and first.any():
+        both = [(log[one], log[other]) for log in logs if one in log and other in log]
+        if all(np.array_equal(*pair) for pair in both) and np.any(both[0][0]):
             return (f"{table.path}: '{one}' and '{other}' hold the same numbers: one axis is "
                     f"written twice and another is missing. Correct what writes the log.")
     return ""

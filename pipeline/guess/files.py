@@ -222,7 +222,9 @@ def why_no_log(table: RawTable) -> str:
         if alone and reads_alike(values, 1 / ASSUMED_HZ):
             return LIES_STILL
     shown = ", ".join(names[:SHOWN])
-    return (f"no accelerometer and no gyroscope are among its columns ({shown}): none are "
-            f"called so, and no three that are not called another quantity have one length at "
-            f"rest, as gravity has; computed angles do not replace them. Log the raw acceleration "
-            f"and rate, or name their columns in a configuration, as `pipeline init` shows")
+    none = "what is called so has not" if called else (
+        "none are called so, and no three that are not called another quantity have")
+    return (f"no accelerometer and no gyroscope are among its columns ({shown}): {none} gravity's "
+            f"length at rest in a usual unit or range; computed angles do not replace them. Log "
+            f"the raw acceleration and rate, each kind of log in one unit, or name their columns "
+            f"in a configuration, as `pipeline init` shows")

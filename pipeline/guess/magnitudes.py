@@ -16,7 +16,7 @@ from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.config.sensor import ForceUnit, RateUnit
 from pipeline.config.units import UNITS
-from pipeline.guess.pool import ROUNDEST, Sphere, sphere_through, still_means
+from pipeline.guess.pool import ROUNDEST, Sphere, least_step, sphere_through, still_means
 
 CODES = 65536.0  #: fact: number of codes of a converter of 16 bits
 OFFSET_BINARY = "offset-binary"
@@ -26,13 +26,15 @@ MISTAKEN = ((BNO055_PER_G, 1000.0, 1024.0), (1000 * STANDARD_GRAVITY_M_S2, TENTH
 """Facts: whole numbers for 1 g that differ by no more than scale errors: of a BNO055, mg, and 12
 bits over ±2 g; mm/s² and tenths of mg."""
 MPU_PER_G = (16384.0, 8192.0, 4096.0, 2048.0)  #: facts: an MPU-6050's ±2, 4, 8 and 16 g
-COUNTS_PER_G = (16384, TENTHS_OF_MG, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256)
+COUNTS_PER_G = (16384, TENTHS_OF_MG, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256, 128, 64)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; tenths of mg; 12 bits over ±2 and 4 g; 100 counts per m/s²
-of a BNO055; 10 bits over ±2 g."""
+of a BNO055; 10 bits over ±2, 4 and 8 g."""
 OFFSET_COUNTS_PER_G = tuple(CODES / 2 * STANDARD_GRAVITY_M_S2 / full for full in (17.0, 50.0))
 """Facts: MTi with 16 bits over 17 and 50 m/s²."""
 COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (250.0, 500.0, 1000.0, 2000.0))
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
+RARE_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (125.0, 4000.0))
+"""Facts: 16 bits over ±125 and ±4000 °/s, of few sensors; told where a usual range is taken."""
 OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200.0))
 """Facts: MTi with 16 bits over ±150, 300 and 1200 °/s."""
 ST_SHARE = 1000 / 8.75 / COUNTS_PER_DEG_S[0]
@@ -106,9 +108,11 @@ def typical_length(values: FloatArray) -> float:
 
 
 def sample_noise_sd(values: FloatArray) -> float:
-    """Sd of one sample of readings (t, 3), from the differences of successive samples."""
-    steps = np.diff(values, axis=0)
-    return float(np.median(np.abs(steps))) / MEDIAN_OF_NORMAL / math.sqrt(2) if len(steps) else 0.0
+    """Sd of one sample of readings (t, 3), from the differences of successive samples; at least
+    that of rounding to the levels that they take."""
+    steps = np.abs(np.diff(values, axis=0))
+    return max(float(np.median(steps)) / MEDIAN_OF_NORMAL / math.sqrt(2),
+               least_step(steps) / math.sqrt(12)) if len(steps) else 0.0
 
 
 def size_of(values: FloatArray) -> tuple[float, float, bool]:
@@ -162,7 +166,7 @@ def gravity_unit(
         (unit, STANDARD_GRAVITY_M_S2 / size) for unit, size in FORCE_UNITS.items()]
     usual = OFFSET_COUNTS_PER_G if encoding == OFFSET_BINARY else COUNTS_PER_G
     counts = [("counts", float(per_g)) for per_g in usual
-              if encoding or length > COUNTS_PER_G[-1] / 2]
+              if encoding or length > COUNTS_PER_G[-2]]  # not µT
     if encoding == "twos-complement":
         counts += [(unit, STANDARD_GRAVITY_M_S2 / FORCE_UNITS[unit])
                    for unit in ("mg", "mm_s2", "ug")]

@@ -13,7 +13,7 @@ import numpy as np
 from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import SHOWN, delimiter_of, split_cells
 from pipeline.logs.formats.file_table import FileTable
-from pipeline.logs.head import width_of_numbers
+from pipeline.logs.head import find_head, width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.row_kinds import MOST_KINDS
 from pipeline.logs.sentences import LIST
@@ -39,6 +39,7 @@ NOT_LINES_OF_NUMBERS = (
 """Patterns of lines that are not rows of numbers, and advice on each. Facts."""
 FACTOR = re.compile(r"\s*(\d+\.?\d*[eE][+-]\d+)\s*\*\s*")
 """A factor above a matrix, as MATLAB shows one: ``1.0e+03 *``."""
+WHOLE = re.compile(r"[+-]?\d+")
 LONGEST_SHOWN = 60  #: letters of a line in a message; of text
 FEWEST_CARRIES = 3
 """Least number of rows in which one of two columns of 0 to 255 overflows and the other counts that:
@@ -96,7 +97,8 @@ def why_no_table(lines: Sequence[str], beside: Sequence[Path] = ()) -> str:
 
 
 def fault_of_rows(text: LogText) -> str:
-    """A printed matrix with a factor above it, rows that are channels, or columns of bytes."""
+    """A printed matrix with a factor above it, rows that are channels, decimal commas between
+    commas, or columns of bytes."""
     factor = next(filter(None, map(FACTOR.fullmatch, text.lines[: text.first])), None)
     if factor is not None:
         return (f"the numbers are to be multiplied by {factor[1]}, which stands above them, and "
@@ -110,6 +112,12 @@ def fault_of_rows(text: LogText) -> str:
                 f"Transpose it to a row for each sample, for example in Python: `pandas.read_csv("
                 f"{text.path.name!r}, header=None, index_col=0).T.to_csv('samples.csv', "
                 f"index=False)`")
+    header = find_head(text.lines).names or ()
+    wide = [row for row in rows if len(row) >= 2 * len(header) - 1 > len(AXES)]
+    if 2 * len(wide) > len(rows) and all(WHOLE.fullmatch(cell) for row in wide for cell in row):
+        return (f"its numbers have decimal commas, and commas stand between them too, as in "
+                f"'{','.join(wide[0])[:LONGEST_SHOWN]}'. Save it with semicolons between the "
+                f"columns, or with decimal points")
     columns = zip(*(row for row in rows if len(row) == len(text.names)), strict=True)
     pair = next((names for names, cells in zip(pairwise(text.names), pairwise(columns), strict=True)
                  if _are_bytes(*cells)), None)

@@ -21,6 +21,7 @@ from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     OFFSET_BINARY,
+    RARE_COUNTS_PER_DEG_S,
     ST_SHARE,
     USUAL_COUNTS_PER_DEG_S,
     near_scales,
@@ -132,13 +133,22 @@ def settle_scale(
     at_speed = [(per_deg, rates) for per_deg, rates in rates_of
                 if turning and all(map(record_rpm, rates))]
     if len(at_speed) == 1:
-        return _settled(tables, at_speed[0][0], (
-            "the plate then turns at a speed of record players, as by no other range"), turning)
+        because = "the plate then turns at a speed of record players, as by no other usual range"
+        return _settled(tables, at_speed[0][0], because, turning, _rare_ranges(lengths * first))
     if stated_per_deg is not None:
         return _settled(tables, stated_per_deg, "as it is stated", tables)
     return [*tables], tuple(
         ScaleChoice(per_deg, nominal_rpm(float(np.median(rates))) if turning else None)
         for per_deg, rates in at_speed or rates_of[: len(gyroscope.choices)])
+
+
+def _rare_ranges(rates: FloatArray) -> str:
+    """The doubt whether a range that few sensors have is its own, by which the plate turns as a
+    record player too; ``rates`` (n,) are rad/s at 1 count per °/s."""
+    rare = [ScaleChoice(choice, rpm) for choice in RARE_COUNTS_PER_DEG_S
+            if (rpm := record_rpm(float(np.median(rates)) / choice))]
+    return "".join(f"only the speed of the plate shows its range, and {one.says}; if that is its "
+                   f"speed, state --gyroscope-range {one.answer}" for one in rare)
 
 
 def clocked_by_plate(tables: Sequence[TableGuess]) -> list[TableGuess]:
@@ -227,13 +237,14 @@ def _rate_by_gravity(
 
 
 def _settled(
-    tables: Sequence[TableGuess], per_deg: float, because: str, seen: Sequence[TableGuess]
+    tables: Sequence[TableGuess], per_deg: float, because: str, seen: Sequence[TableGuess],
+    doubt: str = "",
 ) -> Settled:
     """The tables with ``per_deg`` units per °/s where this was unknown, because of what is ``seen``
-    in some of them, and rescaled biases."""
+    in some of them, with its ``doubt``, and rescaled biases."""
     return [
         replace(table, gyroscope=(scaled := table.gyroscope.scaled(
-                    per_deg, because if table in seen else "as in the other files")),
+                    per_deg, because if table in seen else "as in the other files", doubt)),
                 rate_bias=None if table.rate_bias is None else
                 table.rate_bias * scaled.si_per_unit / table.gyroscope.si_per_unit)
         if table.gyroscope and table.gyroscope.choices else table for table in tables], ()

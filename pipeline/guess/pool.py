@@ -1,5 +1,6 @@
 """Pooled tables of one logger: what they have in common is decided once, on all their rows."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -159,9 +160,16 @@ def reads_alike(force: FloatArray, step_s: float) -> bool:
 
 
 def are_still(blocks: FloatArray) -> BoolArray:
-    """Whether each block of readings (k, size, 3) is at rest: its scatter is near the least."""
+    """Whether each block of readings (k, size, 3) is at rest: its scatter is near the least, or
+    that of three axes between two neighbouring levels, where noise is less than one."""
     scatter = np.sqrt(blocks.var(axis=1).sum(axis=1))
-    return np.asarray(scatter <= STILL * np.quantile(scatter, STILLEST))
+    coarse = least_step(np.abs(np.diff(blocks, axis=1))) * math.sqrt(3) / 2
+    return np.asarray(scatter <= max(STILL * np.quantile(scatter, STILLEST), coarse))
+
+
+def least_step(steps: FloatArray) -> float:
+    """The least of absolute ``steps`` that is not 0, as of a converter of few levels, else 0."""
+    return float(steps[steps > 0].min(initial=np.inf)) if steps.any() else 0.0
 
 
 def stops_of(at: IntArray, *means: FloatArray) -> list[IntArray]:

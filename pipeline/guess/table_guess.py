@@ -11,7 +11,7 @@ from pipeline.devices.line_pattern import WORD_0_C, WORDS_PER_K
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock, without_ends, without_repeats
 from pipeline.guess.magnitudes import MPU_PER_G
-from pipeline.guess.pool import REST_S, are_apart, begins_of, pooled, usual_step
+from pipeline.guess.pool import FEWEST_MEANS, REST_S, are_apart, begins_of, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.sensor_files import names_of_sensors, sensors_of_files
 from pipeline.guess.triads import AXIS_COUNT, chosen_triads
@@ -232,7 +232,8 @@ def _guess_group(
     pool = pooled(tables, clocks, hint)
     chosen = chosen_triads(pool)
     force, rate = chosen.force, chosen.rate
-    if force is None and rate is None and len(tables) > 1:  # same names, but other units
+    # Few logs may differ in their units; of a pose alone few levels show no sensor, or another one.
+    if force is None and rate is None and 1 < len(tables) < FEWEST_MEANS:
         return [_guess_group([table], [clock], hint)[0]
                 for table, clock in zip(tables, clocks, strict=True)]
     accelerometer = accelerometer_in(force, chosen) if force else None

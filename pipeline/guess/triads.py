@@ -28,7 +28,7 @@ from pipeline.guess.magnitudes import (
     signed,
     typical_length,
 )
-from pipeline.guess.pool import MEANS_APART, STILL, PooledTables, still_means
+from pipeline.guess.pool import FEWEST_MEANS, MEANS_APART, STILL, PooledTables, still_means
 from pipeline.guess.turns import OWN, Turn, is_along_gravity, turn_of
 from pipeline.logs.header_words import ACC, GYR, Words, read_name, whole_triples
 
@@ -292,9 +292,9 @@ def _may_be_gyroscope(rate: PossibleTriad) -> bool:
 def _may_be_accelerometer(force: PossibleTriad) -> bool:
     """Whether columns are gravity in some unit and no name states another quantity."""
     words, unit = force.words, force.gravity
-    if unit is None or _is_other(force) or (words.gravity_free and not unit.is_sure):
-        return False
-    name = _called_as(force, "acc")
-    if force.pool.hint == "gyr" and name < 2:
+    name, poses = _called_as(force, "acc"), force.pool.table[-1] + 1
+    if unit is None or _is_other(force) or (words.gravity_free and not unit.is_sure) or (
+            name == 0 and poses >= FEWEST_MEANS and force.is_alike) or (
+            force.pool.hint == "gyr" and name < NAMED):
         return False
     return name > 0 or words.quantity != "gyr" or not (words.unit or unit.unit == "counts")

@@ -90,10 +90,11 @@ class TriadGuess:
     is_unusual: bool = False
     rival: Triple | None = None
 
-    def scaled(self, per_deg: float, because: str) -> "TriadGuess":
-        """The gyroscope with a scale of ``per_deg`` units per °/s."""
+    def scaled(self, per_deg: float, because: str, doubt: str) -> "TriadGuess":
+        """The gyroscope with a scale of ``per_deg`` units per °/s, and a ``doubt`` of it or ""."""
         return rate_triad(self.columns, per_deg, self.encoding, f"{self.because}; {because}",
-                          self.doubt, int(dict(self.sheet).get("bits", BITS)))
+                          "; ".join(filter(None, [self.doubt, doubt])),
+                          int(dict(self.sheet).get("bits", BITS)))
 
     def si(self, values: FloatArray) -> FloatArray:
         """Readings (t, 3) of the file in SI units."""

@@ -243,8 +243,7 @@ def _without_gaps(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
     rows: NDArray[np.bool_] = lacking.any(axis=0)
     if not rows.any():
         return table, ()
-    infinite = any(np.isinf(table.values[name]).any() for name in read)
-    if infinite or rows.mean() > MOST_LACKING:
+    if rows.mean() > MOST_LACKING:
         row = int(np.flatnonzero(rows)[0])
         name = read[int(np.flatnonzero(lacking[:, row])[0])]
         raise UnreadableInput(

@@ -192,3 +192,10 @@ def test_an_axis_that_never_changes_is_called_stuck() -> None:
     ]
     with pytest.raises(Undetermined, match="slow: gyroscope x is stuck"):
         pose_set("gyroscope", [turning_run(stuck, rate(), 0.0)], 0.0)
+
+
+def test_an_axis_with_less_noise_than_a_count_at_rest_and_that_turns_is_not_stuck() -> None:
+    quiet = [replace(m, gyroscope=TriadMean(np.zeros(3), m.gyroscope.variance, np.zeros(3)))
+             for m in means(0.0)]
+    runs = [stopped_run("still", quiet, 0.0), turning_run(means(OMEGA), rate(), 0.0)]
+    assert len(pose_set("gyroscope", runs, 0.0).reading) == 2 * len(quiet)

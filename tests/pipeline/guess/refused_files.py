@@ -43,6 +43,15 @@ def gravity_removed(folder: Path, log: HandLog) -> Foreign:
         "\t".join(["areal", *map(str, row)]) for row in np.rint(force * 835).astype(int)])])
 
 
+def gravity_removed_beside_a_gyroscope(folder: Path, log: HandLog) -> Foreign:
+    """A bias of 0.65 m/s² left is nearer to 1 g in g than to gravity in m/s²."""
+    up = G * log.acc / np.linalg.norm(log.acc, axis=1, keepdims=True)
+    force = 0.02 * (log.acc - up) + np.array([0.4, -0.2, 0.5])
+    table = np.column_stack([log.time_s, force, log.gyr])
+    return Foreign([write_lines(folder / "linear.csv", ["t,ax,ay,az,gx,gy,gz", *(
+        ",".join(f"{v:.4f}" for v in row) for row in table)])])
+
+
 def transposed(folder: Path, log: HandLog) -> Foreign:
     """A row for each channel."""
     columns = zip(*(each.cells for each in samples(log)), strict=True)
@@ -127,6 +136,8 @@ REFUSED: dict[str, tuple[Writer, str]] = {
     "thousands": (rows("sheet.csv", "Zeit_ms;ax;ay;az;gx;gy;gz", lambda s: ";".join(
         f"{v:,}".replace(",", ".") for v in (round(1000 * s.t), *s.c)), **PER_COUNT),
         "points separate the thousands"),
+    "commas_between_decimal_commas": (rows("sheet.csv", "t,ax,ay,az", lambda s: ",".join(
+        f"{v:.3f}".replace(".", ",") for v in (s.t, *s.a))), "commas stand between them too"),
     "transposed": (transposed, "each row is a channel .*Transpose"),
     # high and low byte of each number under the names of the registers, decimal
     "two_bytes": (rows("i2c.csv", "ms," + ",".join(f"REG{0x3B + i:02X}" for i in range(12)),
@@ -164,6 +175,8 @@ REFUSED: dict[str, tuple[Writer, str]] = {
         f"{s.t:.9f},{s.i},0x{s.i % 256:02X},0x{s.i * 7 % 256:02X}")),
         r"with their bytes in hexadecimal"),
     "gravity_removed": (gravity_removed, "the same in every rest, so that gravity is removed"),
+    "gravity_removed_beside_a_gyroscope": (
+        gravity_removed_beside_a_gyroscope, "the same in every rest, so that gravity is removed"),
     # bytes that a telephone received, with dashes between them
     "notifications": (rows("ble.txt", "", lambda s: (
         f"A\t14:05:{s.t:06.3f}\tNotification, value: (0x) "

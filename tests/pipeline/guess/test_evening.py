@@ -94,6 +94,20 @@ def test_where_nothing_decides_the_range_is_asked_and_not_guessed(
     require_true_scales(here, evening, 4e-3)
 
 
+def test_a_rare_range_by_which_the_plate_is_a_record_player_too_is_told(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """ICM-20649: by ±2000 °/s it would be 16.7 rpm, and the scale wrong by 2."""
+    evening = Evening(range_deg_s=4000.0, lean_deg=0.0, seconds=3.0)
+    files = write(here, evening, FULL_TURN)
+    assert pipeline("import", *files) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "±4000 °/s would be 33.3 rpm; if that is its speed, state --gyroscope-range 4000" in told
+    assert pipeline("import", *files, "--gyroscope-range", "4000", "--force") == 0
+    assert "±4000" not in capsys.readouterr().out
+    require_true_scales(here, evening, 4e-3)
+
+
 @pytest.mark.parametrize(("range_deg_s", "folder"), [(32768.0, "turn"), (500.0, "plate_33")])
 def test_whole_degrees_and_a_speed_in_the_name_of_a_folder_are_no_question(
     tmp_path: Path, range_deg_s: float, folder: str

@@ -1,10 +1,16 @@
-"""What a gyroscope at rest reads, by the largest cluster of the means of stops."""
+"""What a gyroscope at rest reads, by the largest cluster of the means of stops; few levels."""
 
 import tracemalloc
+from pathlib import Path
 
 import numpy as np
+import pytest
 
+from pipeline.guess.agreement import disagreements
+from pipeline.guess.files import guess_files
 from pipeline.guess.pool import common_mean
+from pipeline.guess.session import guess_session
+from tests.pipeline.guess.evening import Evening
 
 BIAS, PLATE = np.array([0.03, -0.04, 0.06]), np.array([0.0, 0.1, 3.5])
 
@@ -36,3 +42,25 @@ def test_a_night_at_rest_takes_memory_in_proportion_to_its_length() -> None:
         tracemalloc.stop()
     assert peak < 20 * means.nbytes
     np.testing.assert_allclose(mean, BIAS, atol=0.002)
+
+
+@pytest.mark.parametrize("range_g", [32.0, 256.0, 512.0])
+@pytest.mark.parametrize("header", [Evening.header, "t,k,l,m,n,o,p,q"])
+def test_poses_of_few_levels_are_all_kept(tmp_path: Path, range_g: float, header: str) -> None:
+    """Converters of 8 to 12 bits with noise below one count: alone, a pose looks like anything."""
+    evening = Evening(range_g=range_g, range_deg_s=4e3, seconds=3.0, header=header)
+    guess = guess_session(guess_files(evening.write(tmp_path, "rest", 0.0, 1), None)[0])
+    (source,) = guess.sources
+    assert (source.layout, len(source.tables)) == ("files", 18)
+    for table in source.tables:
+        assert table.accelerometer is not None
+        assert table.accelerometer.unit == f"counts, {32768 / range_g:g} per g, twos-complement"
+
+
+def test_axes_that_read_alike_in_one_pose_are_not_written_twice(tmp_path: Path) -> None:
+    files = Evening(seconds=3.0).write(tmp_path, "rest", 0.0, 1)
+    head, *rows = files[8].read_text("utf-8").split()
+    files[8].write_text("\n".join([head, *(f"{row.split(',')[0]},5678,40,5678,0,20,-13,8"
+                                           for row in rows)]), "utf-8")
+    guess = guess_session(guess_files(files, None)[0])
+    assert not any("hold the same numbers" in fault for fault in disagreements(guess))

@@ -136,8 +136,9 @@ def test_rows_that_skip_columns_are_still_counted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("odd", "kept"), [
+    ("{row}\n40,inf,2,3\n", 40),
     ("{row}\n40,EVENT,button,\n", 40), ("{row}\nmarker 3,1\n", 40), ("{row}\n40,x,2,3,,,\n", 40),
-    ("{cut}", 39)], ids=["event", "marker", "other width", "last line cut off"])
+    ("{cut}", 39)], ids=["inf", "event", "marker", "other width", "last line cut off"])
 def test_few_rows_that_are_no_samples_are_left_out_and_told(
     tmp_path: Path, odd: str, kept: int
 ) -> None:
