@@ -126,7 +126,7 @@ def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuL
         clock, replace(clock, rate_hz=rates[0])]
     rows = [(table, Renamed(tuple(row.items())) if isinstance(row, dict) else row)
             for row, table in zip_longest(stored.contents.columns, stored.contents.tables,
-                                          fillvalue="")]
+                                          fillvalue="")] + [("", None)]
     named = split_member(log)[1]
     of_tables = [(log / table, names) for table, names in rows if table and not named]
     for parts in [of_tables, *([(log, names)] for table, names in rows if named in ("", table))]:

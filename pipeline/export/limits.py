@@ -29,6 +29,7 @@ LARGEST_DIFFERENCE = 0.3
 """
 
 MARGIN = 0.1  #: share of the calibration's span by which telemetry may exceed it without a warning
+ROUNDING = 1e-9  #: relative error of the mean of equal numbers; numerical
 
 
 def require_counts(stored: Stored, log: ImuLog) -> None:
@@ -159,7 +160,7 @@ def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterat
         if not seen.size or not finite.size:
             continue
         low, high = float(seen.min()), float(seen.max())
-        margin = MARGIN * (high - low)
+        margin = MARGIN * (high - low) + ROUNDING * max(abs(low), abs(high))
         outside = np.count_nonzero((finite < low) | (finite > high))
         if finite.min() < low - margin or finite.max() > high + margin:
             yield (f"{log.label}: {name} runs from {finite.min():.4g} to {finite.max():.4g}, the "

@@ -20,7 +20,7 @@ from pipeline.logs.clock import (
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 from pipeline.logs.head import FEWEST_NUMBERS
 from pipeline.logs.header_words import read_name
-from pipeline.logs.read import repeats
+from pipeline.logs.read import newest_first, repeats
 
 INTERVALS = {"dt", "deltat", "deltatime", "looptime", "interval", "period", "steptime"}
 """Names of a column of the times since the row before."""
@@ -147,6 +147,12 @@ def without_ends(columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
     clocks = _candidates({name: values[1:-1] for name, values in columns.items()})
     kept = [within_the_log(columns[name]) for name in clocks[:1]]
     return {name: values[kept[0]] for name, values in columns.items()} if kept else columns
+
+
+def oldest_first(columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+    """Columns whose times grow: of a table that begins with its newest row in the other order."""
+    backward = any(newest_first(columns[name]) for name in _candidates(columns)[:1])
+    return {name: values[::-1] for name, values in columns.items()} if backward else columns
 
 
 def without_repeats(columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:

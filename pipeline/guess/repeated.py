@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from hashlib import blake2b
 from itertools import pairwise
 from pathlib import Path
 
@@ -30,6 +31,8 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
     A phone's app writes the same sensor two or three times, and a flight controller has several
     sensors, whose poses must not be mixed.
     """
+    copies = _copies(tables)
+    tables = [table for table in tables if table not in copies]
     kept: list[TableGuess] = []
     passed_over: dict[tuple[str, str], list[Path]] = {}
     like = Counter((table.path.parent, *table.table.columns) for table in tables)
@@ -46,9 +49,24 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
             passed_over.setdefault((table.path.name, same.path.name), []).append(table.path)
     order = {id(table): i for i, table in enumerate(tables)}
     return sorted(kept, key=lambda table: order[id(table)]), [
-        f"{name}: not used, because {other} holds a sensor of the same kind at the same times; to "
-        f"calibrate it, type: {command('import', *paths)}"
-        for (name, other), paths in passed_over.items()]
+        *(f"{table.path}: left out, because it holds the numbers of {other.path} again"
+          for table, other in copies.items()),
+        *(f"{name}: not used, because {other} holds a sensor of the same kind at the same times; "
+          f"to calibrate it, type: {command('import', *paths)}"
+          for (name, other), paths in passed_over.items())]
+
+
+def _copies(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGuess]:
+    """The tables whose numbers are all those of another one before them, which is named."""
+    first: dict[bytes, TableGuess] = {}
+    copies: dict[TableGuess, TableGuess] = {}
+    for table in tables:
+        numbers = blake2b()
+        for values in table.table.columns.values():
+            numbers.update(np.ascontiguousarray(values).tobytes())
+        if (other := first.setdefault(numbers.digest(), table)) is not table:
+            copies[table] = other
+    return copies
 
 
 def _are_alternatives(one: TableGuess, other: TableGuess, two_sensors: bool) -> bool:

@@ -9,7 +9,13 @@ import numpy as np
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.devices.line_pattern import WORD_0_C, WORDS_PER_K
 from pipeline.errors import UnreadableInput
-from pipeline.guess.clocks import ClockGuess, guess_clock, without_ends, without_repeats
+from pipeline.guess.clocks import (
+    ClockGuess,
+    guess_clock,
+    oldest_first,
+    without_ends,
+    without_repeats,
+)
 from pipeline.guess.magnitudes import MPU_PER_G
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, are_apart, begins_of, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
@@ -206,9 +212,9 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
     rate_hz : float or None
         The sample rate, stated by the user.
     """
-    tables = [replace(table, columns=without_repeats(without_ends(
+    tables = [replace(table, columns=without_repeats(without_ends(oldest_first(
                   {name: values for name, values in table.columns.items()
-                   if np.isfinite(values).any()}))) for table in tables]
+                   if np.isfinite(values).any()})))) for table in tables]
     clocks = [guess_clock(table.columns, rate_hz, table.rate_hz) for table in tables]
     hints = sensors_of_files(tables, clocks)
     groups: dict[tuple[object, str, str], list[int]] = {}

@@ -189,6 +189,9 @@ def _by_rate(table: LogTable) -> list[LogTable]:
 
 def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     table, gaps = _without_gaps(table)
+    if newest_first(table.values.get(TIME, np.zeros(0))):
+        table = table.at(np.arange(len(table.values[TIME]))[::-1])
+        gaps = (*gaps, "its newest row is first, and it is read from its end")
     table, ends = _without_ends(table)
     table, repeats = _without_repeats(table)
     time_s, notes = sample_times(
@@ -220,6 +223,11 @@ def repeats(columns: Sequence[FloatArray]) -> NDArray[np.bool_]:
         again[:] = True
         again[np.unique(np.column_stack(columns), axis=0, return_index=True)[1]] = False
     return again
+
+
+def newest_first(time_s: FloatArray) -> bool:
+    """Whether all times (t,) decrease, as in a table that a web page or a spreadsheet sorted."""
+    return len(time_s) > 1 and bool((np.diff(time_s) < 0).all())
 
 
 def _without_repeats(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:

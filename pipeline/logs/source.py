@@ -148,7 +148,8 @@ def text_lines(path: Path, data: bytes) -> list[str]:
     UnreadableInput
         It is not text; the message has the file and the line.
     """
-    utf_16 = ("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else
+    halves = 4 * data.count(0) > len(data)  # a port may begin with any two bytes
+    utf_16 = ("utf-16" if halves and data.startswith((b"\xff\xfe", b"\xfe\xff")) else
               "utf-16-be" if all(data[1:8:2]) and not any(data[:8:2]) else
               "utf-16-le" if all(data[:8:2]) and not any(data[1:8:2]) else "")
     try:

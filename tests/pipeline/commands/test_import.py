@@ -56,6 +56,19 @@ def test_logs_at_rest_make_a_session_in_a_folder_that_is_new(
     assert f"{len(logs)} poses averaged" in capsys.readouterr().out
 
 
+def test_a_log_without_times_is_corrected_at_the_rate_of_its_session(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also under our own names; and a temperature that stays the same is in the range of itself."""
+    table = np.column_stack([log.acc, log.gyr, np.full(len(log.acc), 27.1)])
+    np.savetxt("log.csv", table, "%.5f", ",", comments="", header=(
+        "acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,temperature_c"))
+    assert main(["import", "log.csv", "--rate-hz", "100", "--gyroscope-unit", "rad_s"]) == 0
+    assert main(["run", "log.yaml", "--quiet"]) == 0
+    assert main(["apply", "log.run", "log.csv", "--output", "corrected.csv"]) == 0
+    assert "temperature_c runs from" not in capsys.readouterr().err
+
+
 def test_it_runs_is_said_only_of_a_model_that_explains_the_poses(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -46,7 +46,8 @@ def gravity_removed(folder: Path, log: HandLog) -> Foreign:
 def gravity_removed_beside_a_gyroscope(folder: Path, log: HandLog) -> Foreign:
     """A bias of 0.65 m/s² left is nearer to 1 g in g than to gravity in m/s²."""
     up = G * log.acc / np.linalg.norm(log.acc, axis=1, keepdims=True)
-    force = 0.02 * (log.acc - up) + np.array([0.4, -0.2, 0.5])
+    moves = 0.02 * (log.acc - up) + np.where(log.rest[:, None] < 0, np.sin(9 * log.gyr), 0.0)
+    force = moves + np.array([0.4, -0.2, 0.5])
     table = np.column_stack([log.time_s, force, log.gyr])
     return Foreign([write_lines(folder / "linear.csv", ["t,ax,ay,az,gx,gy,gz", *(
         ",".join(f"{v:.4f}" for v in row) for row in table)])])

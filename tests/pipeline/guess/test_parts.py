@@ -111,6 +111,35 @@ def test_a_pose_that_is_cut_into_files_counts_once(
     assert run_without_page(here / "config.yaml")["accelerometer"]["n_poses"] == 18
 
 
+def test_a_copy_of_a_pose_is_left_out_with_a_word(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = Evening().write(here, "rest", 0.0, 1)
+    copy = here / "rest" / "p05 - Copy.csv"
+    copy.write_bytes(files[4].read_bytes())
+    names = [str(path.relative_to(here)) for path in sorted([*files, copy])]
+    assert pipeline("import", *names) == 0
+    assert "left out, because it holds the numbers of rest/p05" in capsys.readouterr().out
+    assert run_without_page(here / "config.yaml")["accelerometer"]["n_poses"] == 18
+
+
+def test_rows_whose_newest_is_first_are_read_from_the_end(
+    here: Path, capsys: pytest.CaptureFixture[str], rows: list[str]
+) -> None:
+    write_lines(here / "a.csv", [HEAD, *rows[::-1]])
+    assert pipeline("import", "a.csv") == 0
+    said = capsys.readouterr()
+    assert "its newest row is first" in said.err
+    assert "mounted differently" not in said.out
+    assert run_without_page(here / "a.yaml")["accelerometer"]["n_poses"] == 18
+
+
+def test_a_port_that_begins_with_the_mark_of_utf_16_is_read(here: Path, rows: list[str]) -> None:
+    text = "\n".join([HEAD, *rows]).encode()
+    (here / "a.log").write_bytes(b"\xff\xfe\x00\x80\xe07,0.3\n" + text)
+    assert pipeline("import", "a.log") == 0
+
+
 def test_means_at_two_rates_of_the_plate_are_to_be_parted_and_then_read(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
