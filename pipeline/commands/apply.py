@@ -116,6 +116,7 @@ def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuL
     from itertools import zip_longest
 
     from pipeline.errors import NoReadings, UnreadableInput
+    from pipeline.guess.sensor_files import hint_of
     from pipeline.logs.columns import Renamed
     from pipeline.logs.formats.kinds import split_member
     from pipeline.logs.join import join_logs
@@ -124,15 +125,17 @@ def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuL
     rates = stored.contents.sample_rates_hz
     clocks = [clock] if clock.rate_hz or len(rates) != 1 else [
         clock, replace(clock, rate_hz=rates[0])]
-    rows = [(table, Renamed(tuple(row.items())) if isinstance(row, dict) else row)
-            for row, table in zip_longest(stored.contents.columns, stored.contents.tables,
-                                          fillvalue="")] + [("", None)]
+    sensor = hint_of(log)  # of the files of two sensors whose columns have the same names
+    stated = sorted(zip_longest(stored.contents.columns, stored.contents.tables, fillvalue=""),
+                    key=lambda row: not any(name.startswith(sensor) for name in row[0]))
+    rows = [*((table, Renamed(tuple(row.items())) if isinstance(row, dict) else row)
+              for row, table in stated), ("", None)]
     named = split_member(log)[1]
     of_tables = [(log / table, names) for table, names in rows if table and not named]
     for parts in [of_tables, *([(log, names)] for table, names in rows if named in ("", table))]:
-        for stated in clocks if parts else ():
+        for time in clocks if parts else ():
             try:
-                return join_logs([read_log(path, names, stated) for path, names in parts])
+                return join_logs([read_log(path, names, time) for path, names in parts])
             except UnreadableInput:  # another logger's file, or one with a header of our names
                 continue
     try:

@@ -207,7 +207,8 @@ def _show_run(path: Path, checked: "CheckedConfig") -> None:
         click.echo(
             "The Earth's rate is known once the latitude is: import again with --latitude."
             if site is None or site.latitude_deg is None else
-            f"Is the latitude of {site.latitude_deg:g}° right, south of the equator negative?")
+            f"Is the latitude of {site.latitude_deg:g}° right, south of the equator negative, and "
+            f"does the accelerometer read +g along the axis that points up?")
     names = " and the ".join(result.triad for result in doubtful)
     click.echo(f"{path} was written, and it runs." if not doubtful else
                f"{path} was written. It is complete and its logs can be read, but the calibration "

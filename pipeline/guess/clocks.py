@@ -11,9 +11,11 @@ from pipeline.logs.clock import (
     ASSUMED_HZ,
     EPOCH_S,
     SLOWEST_HZ,
+    USUAL_HZ,
     USUAL_STEPS,
     continued_clock,
     likely_units,
+    makes_sense,
     unwrapped_ticks,
     within_the_log,
 )
@@ -185,6 +187,8 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     stated = next((unit for unit in SECONDS_PER if unit == read_name(name).unit), None)
     rate = f"rows {float(f'{usual:.4g}'):.10g} apart"
     if stated is not None and (stated in likely or not likely or (
+            usual * SECONDS_PER[stated] * USUAL_HZ[0] > 1  # slow, as of a file for each pose
+            and (steps > 0).all() and makes_sense(ticks * SECONDS_PER[stated])) or (
             stated == "min" and "s" in likely_units(usual * SECONDS_PER[stated]))):
         return stated, "its name states the unit", ""
     if since_1970:

@@ -42,6 +42,8 @@ WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s", "deg_s")  #: fact: units that are logged
 OF_APPLE = re.compile(r"user_?accel|accelerometeraccel|rotation_?rate[ ._]?[xyz]\b", re.IGNORECASE)
 """Names of Apple's CoreMotion beside or of an accelerometer: ``motionUserAccelerationX``, and
 ``rotationRate.x``, which a browser calls alpha, beta and gamma."""
+SPELLED = re.compile(r"[(\[]([^()\[\]]*[/°][^()\[\]]*)[)\]]")
+"""A unit of a rate in a name."""
 FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
 """Range of the noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, to 2 °/s,
@@ -162,10 +164,13 @@ def gyroscope_in(
             largest * stated < FASTEST_RAD_S)):
         return rate_triad(rate.columns, math.radians(1) / stated, "",
                           f"{because}, which state the unit", mounted)
+    spelled = SPELLED.search(rate.columns[0])
+    doubt = (f"its names state {spelled[1]}, which is no unit that is known"
+             if spelled and not stated else "")
     doubt = f"its names state {UNIT_WORDS[words.unit]}, in which " + (
         f"gravity would turn by {stated / seen:.3g} times what the accelerometer sees" if seen else
         f"whole numbers up to {largest:.0f} are {math.degrees(largest * stated):.3g} °/s: they are "
-        f"counts") if stated else ""
+        f"counts") if stated else doubt
     per_g = STANDARD_GRAVITY_M_S2 / accelerometer.si_per_unit if accelerometer else 0.0
     if turn is None or seen is None:
         choices = _open_scales(rate, encoding, accelerometer, per_g)

@@ -207,16 +207,22 @@ def _require_increasing(time_s: FloatArray, place: Callable[[int], str]) -> None
         )
 
 
+def makes_sense(time_s: FloatArray) -> bool:
+    """Whether a logger may have times (t,) that grow, by their step and their length."""
+    if len(time_s) < 3:
+        return True
+    step_s, length = float(np.median(np.diff(time_s))), float(time_s[-1] - time_s[0])
+    return (SLOWEST_HZ < 1 / step_s < FASTEST_HZ
+            and (1 / step_s >= SLOW_HZ or length <= LONGEST_SLOW_S))
+
+
 def _require_sense(label: str, time_s: FloatArray, factor: float) -> None:
     """Refuse a clock that no logger has, and name the likely unit of the column."""
-    if len(time_s) < 3:
+    if makes_sense(time_s):
         return
     length = float(time_s[-1] - time_s[0])
     step_s = float(np.median(np.diff(time_s)))
     rate_hz = 1 / step_s
-    slow_and_long = rate_hz < SLOW_HZ and length > LONGEST_SLOW_S
-    if SLOWEST_HZ < rate_hz < FASTEST_HZ and not slow_and_long:
-        return
     units = likely_units(step_s / factor)
     likely = (f"The column is likely in {' or '.join(units)}: write `time_unit: {units[0]}` beside "
               f"the file" if units else "Write `time_unit: ms` (or us, ns) beside the file where "

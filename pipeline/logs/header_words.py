@@ -12,19 +12,18 @@ from pipeline.logs.columns import SECONDS_PER
 Quantity = Literal["time", "counter", "acc", "gyr", "temperature", "samples", "sd", "label", ""]
 
 UNITS = {
-    "m_s2": ("m/s^2", "m/s²", "m/(s^2)", "m/s2", "m/s/s", "m s^-2", "ms^-2", "mps2", "m_s2",
-             "m_s^2", "м/с²", "м/с^2", "м/с2"),
+    "m_s2": ("m/s2", "mps2", "m_s2", "м/с2"),
     "g": ("g", "gee"),
     "mg": ("mg",),
     "ug": ("ug", "µg", "μg"),
-    "cm_s2": ("cm/s^2", "cm/s²", "cm/s2", "cm s^-2", "gal", "gals"),
-    "mm_s2": ("mm/s^2", "mm/s²", "mm/s2", "mm s^-2"),
-    "rad_s": ("rad/s", "radians/s", "rad/sec", "rad s^-1", "rads", "rad_s", "rps", "рад/с"),
-    "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1",
-              "°/sec", "deg/sec", "град/с", "°/с"),
+    "cm_s2": ("cm/s2", "gal", "gals"),
+    "mm_s2": ("mm/s2",),
+    "rad_s": ("rad/s", "radians/s", "rad/sec", "rads", "rad_s", "rps", "рад/с"),
+    "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s",
+              "°/sec", "deg/sec", "grad/s", "град/с", "°/с"),
     "mdeg_s": ("mdps", "mdeg/s"),
-    "ddeg_s": ("ddps", "ddeg/s", "0.1 deg/s", "0.1 dps", "0.1°/s"),
-    "cdeg_s": ("cdps", "cdeg/s", "0.01 deg/s", "0.01 dps", "0.01°/s"),
+    "ddeg_s": ("ddps", "ddeg/s", "0.1deg/s", "0.1dps", "0.1°/s"),
+    "cdeg_s": ("cdps", "cdeg/s", "0.01deg/s", "0.01dps", "0.01°/s"),
     "deg_h": ("deg/h", "°/h", "º/h", "deg/hr", "deg/hour", "dph"),
     "mrad_s": ("mrad/s", "mrad_s"),
     "rpm": ("rpm", "r/min", "rev/min", "u/min", "tr/min"),
@@ -38,13 +37,16 @@ UNITS = {
     "min": ("min", "minutes"),
     "d": ("days", "day"),
     "counts": ("counts", "count", "lsb", "raw"),
-    "fahrenheit": ("°f", "℉", "ºf", "f", "degf", "deg f", "fahrenheit"),
+    "fahrenheit": ("°f", "℉", "ºf", "f", "degf", "fahrenheit"),
     "kelvin": ("kelvin", "°k"),
-    "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
+    "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "celsius"),
 }
 TEMPERATURE_UNITS = {"celsius", "kelvin", "fahrenheit"}
 FORCE_UNITS = {"m_s2", "g", "mg", "ug", "cm_s2", "mm_s2"}
 RATE_UNITS = {"rad_s", "deg_s", "mdeg_s", "mrad_s", "ddeg_s", "cdeg_s", "deg_h", "rpm"}
+RAISED = str.maketrans("⁻¹²", "-12")
+SIGNS = re.compile(r"[\s^()*·⋅]|\.(?=[a-z])")  #: between the parts of a unit; of text
+INVERSE = re.compile(r"s-([12])$")
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
 
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
@@ -155,8 +157,13 @@ is_other=False)
 
 
 def spelled_unit(text: str) -> str:
-    """The unit that a text spells, empty if it spells none."""
-    return _UNIT.get(text.strip().lower(), "")
+    """The unit that a text spells, empty if it spells none.
+
+    >>> {spelled_unit(text) for text in ("m s⁻²", "m·s^-2", "ms-2", "m/s/s", "m/(s^2)")}
+    {'m_s2'}
+    """
+    text = SIGNS.sub("", text.lower().translate(RAISED)).replace("/s/s", "/s2")
+    return _UNIT.get(INVERSE.sub(lambda power: "/s" + power[1].strip("1"), text), "")
 
 
 def axes_among(names: Iterable[str]) -> list[str]:
@@ -183,8 +190,8 @@ def whole_triples(
 def _split_unit(name: str) -> tuple[str, str]:
     """``Accel X (g)`` -> ``("Accel X", "g")``."""
     for match in re.finditer(r"[(\[]((?:[^()\[\]]|\([^()]*\))*)[)\]]", name):
-        if (unit := _UNIT.get(match.group(1).strip().lower())) is not None:
-            return f"{name[: match.start()].strip()} {name[match.end() :].strip()}".strip(), unit
+        if spelled := spelled_unit(match.group(1)):
+            return f"{name[: match.start()].strip()} {name[match.end() :].strip()}".strip(), spelled
     if name.lower().endswith("_degc"):
         return name[: -len("_degc")], "celsius"
     if (ratio := RATIO.search(name.lower())) and (

@@ -69,6 +69,19 @@ def test_a_log_without_times_is_corrected_at_the_rate_of_its_session(
     assert "temperature_c runs from" not in capsys.readouterr().err
 
 
+def test_of_two_files_with_the_same_columns_the_name_tells_the_sensor(
+    here: Path, log: HandLog
+) -> None:
+    for name, readings in (("Acceleration", log.acc), ("AngularVelocity", log.gyr)):
+        np.savetxt(f"{name}.csv", np.column_stack([log.time_s, readings]), "%.5f", ",",
+                   header="Timestamp,X,Y,Z", comments="")
+    assert main(["import", "Acceleration.csv", "AngularVelocity.csv", "--output", "c.yaml"]) == 0
+    assert main(["run", "c.yaml", "--quiet"]) == 0
+    for name, column in (("Acceleration", "acc_x_m_s2"), ("AngularVelocity", "gyr_x_rad_s")):
+        assert main(["apply", "c.run", f"{name}.csv", "--output", "out.csv", "--force"]) == 0
+        assert column in Path("out.csv").read_text("utf-8").splitlines()[0]
+
+
 def test_it_runs_is_said_only_of_a_model_that_explains_the_poses(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:

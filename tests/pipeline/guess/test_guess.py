@@ -194,9 +194,9 @@ def test_two_sensors_of_one_time_are_no_two_recordings(tmp_path: Path, log: Hand
     """Their tables stand beside each other too, but they turn together."""
     names = ",".join(["time", *(f"{kind}_{axis}" for kind in ("acc", "gyr") for axis in "xyz")])
     for name, begin in (("a.csv", 0), ("b.csv", 500)):
-        np.savetxt(tmp_path / name, np.hstack(2 * [np.column_stack(
-            [begin + log.time_s, log.acc, log.gyr])]), "%.5f", ",", header=f"{names},{names}",
-            comments="")
+        one = np.column_stack([begin + log.time_s, log.acc, log.gyr])
+        np.savetxt(tmp_path / name, np.hstack([one, one * [1, *(6 * [1.01])]]), "%.5f", ",",
+                   header=f"{names},{names}", comments="")
     guess = guess_session(guess_files([tmp_path / "a.csv", tmp_path / "b.csv"], None)[0])
     assert [table.path.name for table in guess.tables] == ["1", "1"]
     (doubt,) = [each for each in guess.doubts if "a sensor of the same kind at the same" in each]

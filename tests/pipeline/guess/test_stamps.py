@@ -53,6 +53,12 @@ def test_a_clock_has_the_unit_of_its_name_and_the_reason_is_the_step_of_its_rows
     assert (clock.unit, clock.because) == ("us", "rows 20000 apart")
 
 
+def test_a_slow_log_is_in_the_seconds_of_its_name_where_it_is_no_longer_than_poses() -> None:
+    for rows, unit in ((60, "s"), (20_000, "ms")):  # of 1 Hz, and of 1 kHz under a wrong name
+        columns = {"time_s": np.arange(rows, dtype=float), "ax": np.zeros(rows)}
+        assert guess_clock(columns, None, None).unit == unit
+
+
 def test_a_clock_that_stands_still_is_told(tmp_path: Path) -> None:
     """It is there: that the file holds no times would not be true."""
     log = hand_log()

@@ -46,6 +46,10 @@ UNITS: dict[str, Writer] = {
     "milli_g": rows(
         "log.csv", "timestamp_us;acc_x_mg;acc_y_mg;acc_z_mg;gyr_x_dps;gyr_y_dps;gyr_z_dps;temp",
         lambda s: comma(f"{s.t * 1e6:.9g};{s.a:;.9g};{s.w:;.9g};25.5"), MILLI_G, PER_DEG),
+    # negative powers, as a paper writes units
+    "powers": rows(
+        "si.csv", "Zeit [s];ax [ms-2];ay [ms-2];az [ms-2];wx [rad·s⁻¹];wy [rad·s⁻¹];wz [rad·s⁻¹]",
+        lambda s: f"{s.t:.3f};{s.a:;.5f};{s.w:;.5f}"),
     # whole milli-g and a row number; a preamble, semicolons, decimal commas
     "german_excel_mg": rows(
         "Messung 1.csv", "Messprotokoll\nGerät: X1\n\nNr.;Zeit [s];Beschl. X [mg];Beschl. Y [mg];"
