@@ -123,8 +123,8 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
                    f"whole numbers. If they are in physical units, the result is wrong.")
         stuck = np.ptp(readings, axis=0) == 0
         if len(readings) >= SHORTEST_SAMPLES and stuck.any():
-            yield (f"{log.label}: {triad.name} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
-                   f"the same value in every sample.")
+            yield (f"{log.label}: {triad.name} {AXES[int(np.argmax(stuck))]} is stuck, or its "
+                   f"noise is less than a count: it gives the same value in every sample.")
         yield from _reading_warnings(triad, stored, log)
     yield from _column_warnings(stored, log, session_clock)
     saturated = saturated_samples(stored, log)

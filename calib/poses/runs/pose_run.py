@@ -59,9 +59,10 @@ def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
     if len(means) > 1 and stuck.any():
         axis = AXES[int(np.argmax(stuck))]
         raise Undetermined(
-            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
-            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
-            f"was logged twice."
+            f"{run}: {triad} {axis} is stuck, or its noise is less than a count: it gives the same "
+            f"value in every sample of all {len(means)} poses. Check the wiring, the register "
+            f"settings, or whether the column was logged twice; if it answers when it is turned, "
+            f"add poses in which it turns."
         )
 
 
