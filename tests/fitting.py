@@ -1,7 +1,7 @@
 """From a simulated evening to fitted triads, by the same calls that the pipeline makes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
 from calib.poses.runs.ideal_ring import NOT_FITTED, tilted_run
 from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
-from tests.world.imu import Triad
+from tests.world.imu import Sensor, Triad
 from tests.world.session import RunLog, Session, StatedRate
 
 
@@ -64,25 +64,41 @@ def _fit(poses: PoseSet, names: Sequence[str], spec: TriadSpec, solver: str) -> 
     return fit(poses, Model.of(names))
 
 
-def pose_sets(session: Session) -> tuple[PoseSet, PoseSet, tuple[TriadSpec, TriadSpec]]:
-    """The accelerometer's and the gyro's poses of one evening, and their data sheets."""
-    sensor, site = session.design.sensor, session.design.site
-    specs = (
-        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
-        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
-    )
-    latitude = float(np.radians(site.latitude_deg))
+def specs_of(sensor: Sensor) -> tuple[TriadSpec, TriadSpec]:
+    """The data sheets of both triads."""
+    return (spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
+            spec_of(sensor.gyroscope, sensor.gyroscope.full_scale))
+
+
+def pose_sets(
+    *sessions: Session, triad: str = "gyroscope"
+) -> tuple[PoseSet, PoseSet, tuple[TriadSpec, TriadSpec]]:
+    """The accelerometer's and the gyro's poses of sessions with one unit, and their data sheets.
+
+    Where the ``triad`` that is asked for is the accelerometer, its poses stand for the gyro's. A
+    run called ``clips`` has a clip, and so a rate of its own, for each pose.
+    """
+    specs = specs_of(sessions[0].design.sensor)
     gravity_runs, gyro_runs = [], []
-    for run in session.runs:
-        stated = session.rates.get(run.run.name)
-        means = averaged(run, specs, 0.0 if stated is None else abs(stated.rate_rad_s))
+    for design, run, stated in (
+        (session.design, run, session.rates.get(run.run.name))
+        for session in sessions for run in session.runs
+    ):
+        name, latitude = run.run.name, float(np.radians(design.site.latitude_deg))
         if stated is None:
-            gravity_runs.append(gravity_run(run.run.name, means, site.gravity_m_s2, 0.0))
-            if session.design.rests_count_for_gyroscope:
-                gyro_runs.append(stopped_run(run.run.name, means, latitude))
-        else:
-            gyro_runs.append(turning_run(means, plate_rate(run.run.name, stated), latitude))
+            means = averaged(run, specs, 0.0)
+            gravity_runs.append(gravity_run(name, means, design.site.gravity_m_s2, 0.0))
+            if design.rests_count_for_gyroscope:
+                gyro_runs.append(stopped_run(name, means, latitude))
+        elif triad == "gyroscope":
+            means, rate = averaged(run, specs, abs(stated.rate_rad_s)), plate_rate(name, stated)
+            each = len(means) if name == "clips" else 1
+            gyro_runs.append(turning_run(
+                means, replace(rate, rate_rad_s=np.tile(rate.rate_rad_s, each),
+                               sd_rad_s=np.tile(rate.sd_rad_s, each)), latitude))
     accelerometer = pose_set("accelerometer", gravity_runs, 0.0)
+    if triad == "accelerometer":
+        return accelerometer, accelerometer, specs
     base = calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0])
     gyroscope = pose_set("gyroscope", gyro_runs, 0.0, base.correct) if gyro_runs else accelerometer
     return accelerometer, gyroscope, specs
@@ -93,11 +109,7 @@ def tilted_pose_sets(session: Session) -> tuple[PoseSet, PoseSet, tuple[TriadSpe
 
     The tilt is fitted and the accelerometer calibrated first, as the pipeline does it.
     """
-    sensor, site = session.design.sensor, session.design.site
-    specs = (
-        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
-        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
-    )
+    site, specs = session.design.site, specs_of(session.design.sensor)
     means = [averaged(run, specs, abs(session.rates[run.run.name].rate_rad_s))
              for run in session.runs]
     leaning = NOT_FITTED

@@ -13,11 +13,7 @@ from calib.diagnosis.diagnose import diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.triad.calibration import calibrate_triad
-from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.runs.pose_run import PoseRun
-from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
-from tests.fitting import averaged, plate_rate, spec_of
+from tests.fitting import pose_sets
 from tests.trials import COMMON_PARTS, said_names
 from tests.world.bench import Design, corner_directions, wedge_directions
 from tests.world.bench import Run as BenchRun
@@ -26,7 +22,7 @@ from tests.world.designs import turning_run as turning
 from tests.world.hidden import Hidden
 from tests.world.physics import triad_of
 from tests.world.plate import PlateMotion
-from tests.world.session import Session, simulate
+from tests.world.session import simulate
 
 TILT_RAD = float(np.radians(9.0))
 SOAK_C = 20.0
@@ -85,43 +81,11 @@ def block_design(design: Design, code: str, triad: str) -> Design:
     return replace(design, runs=(first, *rest), turntable=table, rests_count_for_gyroscope=True)
 
 
-def joined_poses(sessions: Sequence[Session], triad: str) -> PoseSet:
-    """The poses of ``triad`` of several sessions with one unit, as one set."""
-    design = sessions[0].design
-    sensor, gravity = design.sensor, design.site.gravity_m_s2
-    latitude = float(np.radians(design.site.latitude_deg))
-    specs = (
-        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
-        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
-    )
-    still: list[PoseRun] = []
-    of_gyro: list[PoseRun] = []
-    for session in sessions:
-        for log in session.runs:
-            stated = session.rates.get(log.run.name)
-            means = averaged(log, specs, 0.0 if stated is None else abs(stated.rate_rad_s))
-            if stated is None:
-                still.append(gravity_run(log.run.name, means, gravity, 0.0))
-                if session.design.rests_count_for_gyroscope:
-                    of_gyro.append(stopped_run(log.run.name, means, latitude))
-                continue
-            rate = plate_rate(log.run.name, stated)
-            if log.run.name == "clips":
-                rate = replace(rate, rate_rad_s=np.tile(rate.rate_rad_s, len(means)),
-                               sd_rad_s=np.tile(rate.sd_rad_s, len(means)))
-            of_gyro.append(turning_run(means, rate, latitude))
-    accelerometer = pose_set("accelerometer", still, 0.0)
-    if triad == "accelerometer":
-        return accelerometer
-    correct = calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0]).correct
-    return pose_set("gyroscope", of_gyro, 0.0, correct)
-
-
 def settle(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> Settled | None:
     """Diagnose; where it stays open, record what is advised and diagnose again. None if settled."""
     session = simulate(design, seed, tuple(hidden))
     full_scale = triad_of(design, triad).full_scale
-    found = diagnose(fit(joined_poses([session], triad), Model.of(BASE)), (), full_scale)
+    found = diagnose(fit(pose_sets(session, triad=triad)[1], Model.of(BASE)), (), full_scale)
     if found.verdict not in ("effect", "ambiguous") or found.addable:
         return None
     if found.advice is None:
@@ -130,7 +94,7 @@ def settle(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> S
     remaining = [h for h in hidden
                  if found.advice.block != "clips" or find_effect(h.name).acts_on != "reference"]
     more = simulate(block_design(design, found.advice.block, triad), seed, tuple(remaining))
-    poses = joined_poses([session, more], triad)
+    _, poses, _ = pose_sets(session, more, triad=triad)
     after = diagnose(fit(poses, Model.of(BASE)), (), full_scale)
     names = {h.name for h in hidden}
     right = names.union(*(COMMON_PARTS.get(name, set()) for name in names))

@@ -111,11 +111,7 @@ class Outcome:
 
 def poses_of(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> PoseSet:
     """The poses of ``triad`` of one evening."""
-    session = simulate(design, seed, tuple(hidden))
-    if triad == "accelerometer":  # nobody asks for the means of what turns
-        rests = tuple(run for run in session.runs if run.run.name not in session.rates)
-        return pose_sets(replace(session, runs=rests))[0]
-    return pose_sets(session)[1]
+    return pose_sets(simulate(design, seed, tuple(hidden)), triad=triad)[1]
 
 
 def calibrates(name: str, triad: str) -> bool:
@@ -211,8 +207,7 @@ def intervals_held(poses: PoseSet, session: Session, hidden: Sequence[Hidden]) -
 def run_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> Outcome:
     """Hide, calibrate, diagnose, add what was named."""
     session = simulate(design, seed, tuple(hidden))
-    accelerometer, gyroscope, _ = pose_sets(session)
-    poses = accelerometer if triad == "accelerometer" else gyroscope
+    _, poses, _ = pose_sets(session, triad=triad)
     base = fit(poses, Model.of(BASE))
     found = diagnose(base)
     names = {h.name for h in hidden}

@@ -8,7 +8,7 @@ import numpy as np
 from calib.poses.attitudes import natural_directions
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.runs.reference_runs import gravity_run
-from tests.fitting import averaged, spec_of
+from tests.fitting import averaged, specs_of
 from tests.world.bench import Design, Run, Turntable
 from tests.world.imu import mpu6050
 from tests.world.plate import PlateMotion
@@ -31,12 +31,8 @@ def on_the_plate(seed: int, rpm: tuple[float, ...]) -> PoseSet:
     design = Design(title="lever", sensor=sensor, runs=runs, turntable=table, jitter_deg=2.0,
                     sample_rate_hz=50.0)  # fmt: skip
     session = simulate(design, seed)
-    specs = (
-        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
-        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
-    )
     gravity = session.design.site.gravity_m_s2
     return pose_set("accelerometer", [
-        gravity_run(run.run.name, averaged(run, specs, each * RPM), gravity, 0.0)
+        gravity_run(run.run.name, averaged(run, specs_of(sensor), each * RPM), gravity, 0.0)
         for run, each in zip(session.runs, rpm, strict=True)
     ], 0.0)  # fmt: skip

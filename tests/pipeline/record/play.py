@@ -17,7 +17,6 @@ import numpy as np
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
-from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import pose_set
 from calib.poses.runs.reference_runs import gravity_run
 from pipeline.config.load import load_config
@@ -27,7 +26,7 @@ from pipeline.record.session import Session as RecordingSession
 from pipeline.record.start import open_session
 from pipeline.stages.poses import average_recordings
 from pipeline.stages.session_logs import read_session
-from tests.fitting import spec_of
+from tests.fitting import specs_of
 from tests.paths import ROOT
 from tests.pipeline.record.playback import Protocol
 from tests.pipeline.record.playback.device import Faults, PlaybackDevice, Pose
@@ -48,12 +47,6 @@ def evening(sensor: Sensor | None = None, seed: int = 4, faces_only: bool = Fals
         design = replace(design, runs=tuple(replace(run, directions=faces)
                                             for run in design.runs))
     return simulate(design, seed)
-
-
-def specs_of(session: Session) -> tuple[TriadSpec, TriadSpec]:
-    sensor = session.design.sensor
-    return (spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
-            spec_of(sensor.gyroscope, sensor.gyroscope.full_scale))
 
 
 def poses_of(session: Session, turning: bool = True) -> list[Pose]:
@@ -89,7 +82,7 @@ def playing(
     """The name of a port on which ``session`` is played."""
     rate_hz = session.design.sample_rate_hz
     device = PlaybackDevice(protocol, poses_of(session, turning), rate_hz, hold_s,
-                            specs_of(session), faults=faults)
+                            specs_of(session.design.sensor), faults=faults)
     port = PseudoPort(link)
     on = threading.Event()
     thread = threading.Thread(
@@ -117,7 +110,7 @@ class PlayedPort:
     ) -> None:
         self._begin = lambda: PlaybackDevice(
             protocol, poses_of(session, turning), session.design.sample_rate_hz, hold_s,
-            specs_of(session), faults=faults)
+            specs_of(session.design.sensor), faults=faults)
         self._device, self._left = self._begin(), restart_after
         self._answers = b""
 

@@ -14,6 +14,7 @@ from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
 from pipeline.record.blocks import recording_blocks
+from tests.fitting import specs_of
 from tests.pipeline.record.play import (
     PlayedPort,
     calibrated,
@@ -22,7 +23,6 @@ from tests.pipeline.record.play import (
     record,
     record_from,
     record_with_kills,
-    specs_of,
     write_config,
 )
 from tests.pipeline.record.playback import Protocol
@@ -140,7 +140,7 @@ def test_on_a_leaning_plate_both_triads_are_recorded_at_once(tmp_path: Path) -> 
     assert any("with 5 cm under one side of the record player" in line for line in said)
     paths = list((tmp_path / "gyr").glob("pose_*.csv"))
     assert len(paths) == 6
-    specs = dict(zip(TRIADS, specs_of(session), strict=True))
+    specs = dict(zip(TRIADS, specs_of(session.design.sensor), strict=True))
     means = [average_pose(read_log(path), specs, SLOW) for path in paths]
     assert np.degrees(tilt_of_run(means) or 0.0) == pytest.approx(20.0, abs=0.5)
 
