@@ -59,7 +59,8 @@ def between_clips(base: Fit, drift: Effect) -> Effect | None:
         return None
     where = joint.model.slices()[drift.name]
     per_h, *offsets = joint.theta[where]
-    sd = np.sqrt(joint.cov[where.start, where.start] * max(joint.chi2 / max(joint.dof, 1), 1.0))
-    doubt = CONSTANTS.limit_sd * float(sd)
-    shows, apart = abs(per_h) > doubt, float(np.ptp(offsets)) / (abs(per_h) + doubt)
-    return whole if shows and apart < LARGEST_APART else None
+    doubt = CONSTANTS.limit_sd * float(np.sqrt(joint.cov[where.start, where.start]))
+    if abs(per_h) < doubt:
+        return None
+    doubt *= np.sqrt(max(joint.chi2 / max(joint.dof, 1), 1.0))  # by what else is missing
+    return whole if np.ptp(offsets) < LARGEST_APART * (abs(per_h) + doubt) else None
