@@ -90,7 +90,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("absorbed", "population"), ("formula_error",), ("unseen",), ("grounds",),
     ],
     "calib.diagnosis.hypotheses": [
-        ("columns", "filmed", "signature"), ("listed",), ("courses", "unlisted"),
+        ("columns", "signature"), ("filmed",), ("listed",), ("courses", "unlisted"),
     ],
     "calib.diagnosis.search": [
         ("evidence",), ("table", "refit"), ("table_at", "candidates"), ("entry", "what_errs"),

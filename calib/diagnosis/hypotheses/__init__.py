@@ -1,6 +1,6 @@
 """Everything that could be missing, and its signature in the residual.
 
-    columns, signature, filmed ─ listed ─ courses, unlisted
+    columns, signature ─ filmed ─ listed ─ courses, unlisted
 
 ``columns``    logged columns that may cause an error
 ``signature``  the visible part of an effect beside a fitted model

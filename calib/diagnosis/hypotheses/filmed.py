@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.signature import Projector, effect_columns
 from calib.effects.effect import Effect
-from calib.errors import CalibrationError
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.solver import extend
 from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
@@ -53,14 +53,15 @@ def between_clips(base: Fit, drift: Effect) -> Effect | None:
         return np.hstack([drift.columns(poses), magnitude * of_setting * sd_h])
 
     whole = replace(drift, columns=columns, parameters=(*drift.parameters, *map(str, rates)))
-    try:
-        joint = extend(base, [whole])
-    except CalibrationError:
-        return None
-    where = joint.model.slices()[drift.name]
-    per_h, *offsets = joint.theta[where]
-    doubt = CONSTANTS.limit_sd * float(np.sqrt(joint.cov[where.start, where.start]))
+    projector = Projector(base)
+    rows = np.zeros((len(projector.residual), 1 + len(rates)))
+    rows[: projector.data_count] = effect_columns(base, whole)
+    seen = projector(rows * projector.root[:, None])
+    inverse = np.linalg.pinv(seen, rcond=VISIBLE_SHARE)
+    per_h, *offsets = inverse @ projector.residual
+    doubt = CONSTANTS.limit_sd * float(np.linalg.norm(inverse[0]))
     if abs(per_h) < doubt:
         return None
-    doubt *= np.sqrt(max(joint.chi2 / max(joint.dof, 1), 1.0))  # by what else is missing
+    rest = projector.residual - seen @ (inverse @ projector.residual)
+    doubt *= np.sqrt(max(rest @ rest / max(projector.dof, 1), 1.0))  # by what else is missing
     return whole if np.ptp(offsets) < LARGEST_APART * (abs(per_h) + doubt) else None
