@@ -12,7 +12,7 @@ from pipeline.logs.columns import SECONDS_PER
 Quantity = Literal["time", "counter", "acc", "gyr", "temperature", "samples", "sd", "label", ""]
 
 UNITS = {
-    "m_s2": ("m/s2", "mps2", "m_s2", "м/с2"),
+    "m_s2": ("m/s2", "mps2", "m_s2", "ms2", "м/с2"),
     "g": ("g", "gee"),
     "mg": ("mg",),
     "ug": ("ug", "µg", "μg"),
@@ -94,9 +94,9 @@ CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)
 """A time preceded by its unit: ``ustime``, ``ms_stamp``."""
 QUATERNION = re.compile(r"q(uat(ernion)?)?[ _.\[]?[wxyz0-3ijkr]\]?", re.IGNORECASE)
 """Elements of a quaternion, not axes of a sensor: ``qx``, ``q0``, ``quat_w``."""
-RATIO = re.compile(r"[_ ](mm|m|m?rad|m?deg)(?:ian|ree)?s?[_ ]?(?:per|p|[_ ])[_ ]?"
-                   r"s(?:ec(?:ond)?)?(?:[_ ]?\^?(2))?$")
-"""A unit in words at the end of a name: ``_m_s2``, ``_mps2``, ``_radps``, ``_deg_per_sec``."""
+RATIO = re.compile(r"[_ ](mm|m|m?rad|m?deg)(?:ian|ree)?s?[_ ]?(?:per|p|[_ ]|(?=s\^?-?2$))[_ ]?"
+                   r"s(?:ec(?:ond)?)?(?:[_ ]?\^?-?(2))?$")
+"""A unit in words at the end of a name: ``_m_s2``, ``_ms2``, ``_radps``, ``_deg_per_sec``."""
 POSITION = re.compile(r":\d+$")  #: a column of an array, whose name has no meaning
 WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZА-Я]?[a-zà-ÿа-яё]+|[A-ZА-Я]+|[一-鿿]+|[α-ω]+|\d+|[°µ]")
 

@@ -50,6 +50,9 @@ UNITS: dict[str, Writer] = {
     "powers": rows(
         "si.csv", "Zeit [s];ax [ms-2];ay [ms-2];az [ms-2];wx [rad·s⁻¹];wy [rad·s⁻¹];wz [rad·s⁻¹]",
         lambda s: f"{s.t:.3f};{s.a:;.5f};{s.w:;.5f}"),
+    "powers_behind_names": rows(
+        "si.csv", "time_s,ax_ms2,ay_ms2,az_ms2,gx_rads,gy_rads,gz_rads",
+        lambda s: f"{s.t:.3f},{s.a:,.5f},{s.w:,.5f}"),
     # whole milli-g and a row number; a preamble, semicolons, decimal commas
     "german_excel_mg": rows(
         "Messung 1.csv", "Messprotokoll\nGerät: X1\n\nNr.;Zeit [s];Beschl. X [mg];Beschl. Y [mg];"
