@@ -59,7 +59,7 @@ def widened(poses: PoseSet, drawn: Sequence[Drawn]) -> PoseSet:
             common=np.hstack([reference.common, np.zeros((len(poses), len(names)))]),
             common_names=(*reference.common_names, *names),
             on_vector=np.concatenate([before, on_vector], axis=2))
-    return replace(poses, sd=np.sqrt(sd), reference=reference, stated=poses.as_stated)
+    return replace(poses, sd=np.sqrt(sd), reference=reference, stated=poses)
 
 
 def undated(poses: PoseSet, drift_per_s: float, relative_misfit: float = 0.0) -> PoseSet:

@@ -103,7 +103,13 @@ def test_a_scatter_of_the_rate_that_took_the_gains_along_is_the_cause_that_is_na
     assert failed.value.remedy == Remedy("remove_effect", "gyroscope")
 
 
-def test_a_second_fit_of_widened_poses_widens_them_once() -> None:
-    _, after, _ = fitted("pose_scatter", 1)
+@pytest.mark.parametrize(("name", "further"), [
+    ("pose_scatter", ()), ("pose_scatter", ("reference_drift",)),
+    ("bias_wander", ("reference_drift",)),
+])
+def test_a_second_fit_of_widened_poses_widens_them_once(name: str, further: tuple[str, ...]) -> None:
+    poses, _ = drawn(name, noisy(rich_poses("gyroscope", 1), 1), 1)
+    after = fit(poses, Model.of((*BASE, name, *further)))
     again = fit(after.poses, after.model)
     assert again.theta[9] == pytest.approx(after.theta[9], rel=1e-2)
+    assert again.poses.reference.common_names == after.poses.reference.common_names
