@@ -107,7 +107,9 @@ def test_a_scatter_of_the_rate_that_took_the_gains_along_is_the_cause_that_is_na
     ("pose_scatter", ()), ("pose_scatter", ("reference_drift",)),
     ("bias_wander", ("reference_drift",)),
 ])
-def test_a_second_fit_of_widened_poses_widens_them_once(name: str, further: tuple[str, ...]) -> None:
+def test_a_second_fit_of_widened_poses_widens_them_once(
+    name: str, further: tuple[str, ...]
+) -> None:
     poses, _ = drawn(name, noisy(rich_poses("gyroscope", 1), 1), 1)
     after = fit(poses, Model.of((*BASE, name, *further)))
     again = fit(after.poses, after.model)
