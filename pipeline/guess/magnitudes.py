@@ -142,6 +142,11 @@ class GravityUnit:
         return STANDARD_GRAVITY_M_S2 / self.per_g
 
     @property
+    def may_be_ut(self) -> bool:
+        """Whether they may be a magnetic field in whole µT, and not few counts of gravity."""
+        return self.per_g in COUNTS_PER_G[-2:] and not self.is_exact
+
+    @property
     def is_exact(self) -> bool:
         """Whether the length differs from gravity in the known unit by no more than a factory gain
         does, as that of a magnetic field does only by chance."""

@@ -294,7 +294,7 @@ def _may_be_accelerometer(force: PossibleTriad) -> bool:
     words, unit = force.words, force.gravity
     name, poses = _called_as(force, "acc"), force.pool.table[-1] + 1
     if unit is None or _is_other(force) or (words.gravity_free and not unit.is_sure) or (
-            name == 0 and poses >= FEWEST_MEANS and force.is_alike) or (
+            name == 0 and (unit.may_be_ut or (poses >= FEWEST_MEANS and force.is_alike))) or (
             force.pool.hint == "gyr" and name < NAMED):
         return False
     return name > 0 or words.quantity != "gyr" or not (words.unit or unit.unit == "counts")

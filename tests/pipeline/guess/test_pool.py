@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.errors import UnreadableInput
 from pipeline.guess.agreement import disagreements
 from pipeline.guess.files import guess_files
 from pipeline.guess.pool import common_mean
 from pipeline.guess.session import guess_session
 from tests.pipeline.guess.evening import Evening
+from tests.pipeline.guess.hand_log import hand_log
 
 BIAS, PLATE = np.array([0.03, -0.04, 0.06]), np.array([0.0, 0.1, 3.5])
 
@@ -55,6 +57,14 @@ def test_poses_of_few_levels_are_all_kept(tmp_path: Path, range_g: float, header
     for table in source.tables:
         assert table.accelerometer is not None
         assert table.accelerometer.unit == f"counts, {32768 / range_g:g} per g, twos-complement"
+
+
+def test_a_field_in_whole_microtesla_is_no_accelerometer_of_few_levels(tmp_path: Path) -> None:
+    field = hand_log().field * 62
+    np.savetxt(tmp_path / "a.csv", np.column_stack([np.arange(len(field)) / 100, np.rint(field)]),
+               "%g", ",", header="t,x,y,z", comments="")
+    with pytest.raises(UnreadableInput, match="gravity's length at rest in a usual unit"):
+        guess_files([tmp_path / "a.csv"], None)
 
 
 def test_axes_that_read_alike_in_one_pose_are_not_written_twice(tmp_path: Path) -> None:
