@@ -21,7 +21,7 @@ SENTENCES = {
     "missing samples": r"lack samples for a quarter of a turn of the plate",
     "time stamps": r"time does not increase|clock makes no sense|do not count seconds|"
                    r": its time stamps are .* samples in a turn|s by its time stamps, less than "
-                   r"one turn|count time in different units",
+                   r"one turn|count time in different units|its newest row is first",
     "copied": r" is in gyroscope\.runs|digit by digit|hold the same \w+ samples|"
               r"samples are used twice|to the last digit",
     "dead axis": r": \w+ [xyz] is dead: ",

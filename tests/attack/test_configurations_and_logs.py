@@ -162,9 +162,8 @@ LOGS = (
     *(Case(f"cells of {', '.join(three)}", "run CONFIG", 0,  # lost samples, told of each pose
            "".join(rf"(?=[^$]*pose_0{i}.csv: rows .*left out: 1 of)" for i in (1, 2, 3)),
            both(*(cell(value, f"accelerometer/pose_0{i}.csv") for i, value in enumerate(three, 1))))
-      for three in (("nan", "x", "1_0"), ("0x10", "１２", ""))),
-    *(Case(f"a cell of {value}", "run CONFIG", 3, "pose_07.csv", cell(value, POSE))
-      for value in ("inf", "-inf", "1e400", "1e300")),
+      for three in (("nan", "x", "1_0"), ("0x10", "１２", ""), ("inf", "-inf", "1e400"))),
+    Case("a cell of 1e300", "run CONFIG", 3, "pose_07.csv", cell("1e300", POSE)),
     Case("time backwards", "run CONFIG", 3, "pose_07.csv:1?[0-9]", cells(
         lambda c, i: ["0.0", *c[1:]] if i == 9 else c)),
     Case("time that stands", "run CONFIG", 3, "pose_07", rows(lambda c: ["1.0", *c[1:]])),
