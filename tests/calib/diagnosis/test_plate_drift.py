@@ -32,7 +32,7 @@ def test_settings_filmed_one_after_another_or_all_at_once(detail: dict[str, floa
 
 
 def test_beside_an_effect_of_the_sensor_that_hides_the_drift() -> None:
-    """By the first fit alone the clips would lie further apart than the session is long."""
+    """The first fit alone has the clips further apart than the session is long."""
     for name, seed in (("g_sensitivity", 501), ("bias_drift", 500)):
         hidden = hidden_of(["reference_drift", name], "gyroscope", 20.0, RICH, seed)
         assert hidden is not None
