@@ -11,5 +11,5 @@ needs_browser = pytest.mark.skipif(
 QUIET = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--hide-scrollbars", "--overscroll-history-navigation=0",
+    "--hide-scrollbars", "--disable-features=OverscrollHistoryNavigation",
 )  # fmt: skip
