@@ -67,6 +67,13 @@ def test_a_field_in_whole_microtesla_is_no_accelerometer_of_few_levels(tmp_path:
         guess_files([tmp_path / "a.csv"], None)
 
 
+def test_poses_of_few_levels_that_show_no_sensor_together_are_none_alone(tmp_path: Path) -> None:
+    """90 counts per g are no range: five poses alone would look like one of 64 counts per g."""
+    evening = Evening(range_g=32768 / 90, range_deg_s=2e3, seconds=3.0, header="t,k,l,m,n,o,p,q")
+    with pytest.raises(UnreadableInput, match="no accelerometer and no gyroscope"):
+        guess_session(guess_files(evening.write(tmp_path, "rest", 0.0, 1), None)[0])
+
+
 def test_axes_that_read_alike_in_one_pose_are_not_written_twice(tmp_path: Path) -> None:
     files = Evening(seconds=3.0).write(tmp_path, "rest", 0.0, 1)
     head, *rows = files[8].read_text("utf-8").split()
