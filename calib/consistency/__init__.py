@@ -4,6 +4,7 @@
     poses ─ force ─ plate_axes ────────┼─ mistakes                  gravity, axes, runs
     parameters ─ data_sheet ───────────┘
     parameters ─ certificate                                        beside the factory's
+    logs ─ log_units, truncation                       units; readings cut toward zero
 
     signed_axes: the ways to exchange and mirror axes
     common_mistakes: the poses without each mistake

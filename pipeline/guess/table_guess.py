@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from calib.consistency.log_units import CELSIUS
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.devices.line_pattern import WORD_0_C, WORDS_PER_K
 from pipeline.errors import UnreadableInput
@@ -34,7 +35,6 @@ from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, MINUS, SECONDS_PER, 
 from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
 from pipeline.logs.join import join_logs
-from pipeline.stages.session_logs import CELSIUS
 from pipeline.text.formatting import count
 
 SHOWN = 8  #: columns that a message names

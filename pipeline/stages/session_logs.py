@@ -8,16 +8,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
+from calib.consistency.log_units import require_celsius, require_one_unit_of_time
 from calib.consistency.raw_samples import require_raw, require_running, require_unclipped
 from calib.consistency.repeats import require_no_copies
-from calib.errors import CalibrationError, Contradiction
+from calib.consistency.truncation import before_truncation, truncation_steps
+from calib.errors import CalibrationError
 from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import check_counts, check_range
 from calib.poses.checks.stray_samples import without_strays
 from calib.poses.data_sheet import Specs, signed_log
-from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, Triad
+from calib.poses.imu_log import TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import (
     LogsSection,
@@ -59,13 +59,7 @@ def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, 
     return measured, " ".join(filter(None, [frozen, strays])) or None
 
 
-CELSIUS = (-80.0, 150.0)
-"""Wider than the range of any inertial sensor's data sheet."""
-
 NOTES_SHOWN = 3  #: notes of one run's poses; it chooses words only
-
-OTHER_UNIT = 100.0
-"""Ratio of sample rates that no sensor is logged at: the next unit of time is 1000 away."""
 
 
 @dataclass(frozen=True)
@@ -195,8 +189,8 @@ def read_session(config: Config) -> SessionLogs:
                for setting in sections}
     every = [log for one in session.values() for log in one.logs]
     if every:
-        _require_one_unit_of_time(every)
-        _require_celsius(every)
+        require_one_unit_of_time(every)
+        require_celsius(every)
         # In long logs the poses are checked instead.
         require_running([one.logs for setting, one in session.items() if not setting.poses.log])
     for triad, spec in specs.items():
@@ -206,7 +200,30 @@ def read_session(config: Config) -> SessionLogs:
             require_unclipped(session[setting].logs, triad, spec)
             if triad == "accelerometer" and setting.rate == STOPPED and not setting.poses.log:
                 require_raw(session[setting].logs, spec)
+    for triad in specs:
+        session = _before_truncation(session, triad, settings_of(config, triad))
     return session
+
+
+def _before_truncation(
+    session: SessionLogs, triad: Triad, settings: Sequence[Setting]
+) -> SessionLogs:
+    """The session with the readings of a triad as they were before the logger truncated them."""
+    every = {log.label: log for one in session.values() for log in one.logs}
+    steps = truncation_steps([*every.values()], triad)
+    if steps is None:
+        return session
+    note = (f"The {triad}'s readings are truncated toward zero, as a conversion to an integer "
+            f"does: zero occurs twice as often as the values beside it. Half a step is added to "
+            f"each. Round where this calibration is used, and in the logger.")
+    first = settings[0]
+    return {setting: replace(
+        one,
+        logs=tuple(before_truncation(log, triad, steps) for log in one.logs),
+        excluded=tuple((label, log and before_truncation(log, triad, steps))
+                       for label, log in one.excluded),
+        notes=(note, *one.notes) if setting == first else one.notes,
+    ) for setting, one in session.items()}
 
 
 def _each_once(
@@ -266,30 +283,3 @@ def _few(run: str, notes: Iterable[str]) -> tuple[str, ...]:
 def _note(log: ImuLog) -> str | None:
     """The changes its reader made, with its name."""
     return " ".join(f"{log.label}: {note}." for note in log.notes) or None
-
-
-def _require_celsius(logs: Sequence[ImuLog]) -> None:
-    low, high = CELSIUS
-    for log in logs:
-        warmth = log.columns.get(TEMPERATURE, np.zeros(1))
-        typical = float(np.nanmedian(warmth)) if np.isfinite(warmth).any() else 0.0
-        if not low < typical < high:
-            raise Contradiction(
-                f"{log.label}: its column temperature_c reads {typical:.4g} (median), where no "
-                f"sensor works outside {low:g} to {high:g} °C. Is it in kelvin, in °F or in raw "
-                f"counts? Bring it to °C, or rename the column."
-            )
-
-
-def _require_one_unit_of_time(logs: Sequence[ImuLog]) -> None:
-    steps = np.array([float(np.median(np.diff(log.time_s))) for log in logs])
-    typical = float(np.median(steps))
-    ratio = np.maximum(steps / typical, typical / steps)
-    odd = int(np.argmax(ratio))
-    if ratio[odd] < OTHER_UNIT:
-        return
-    raise Contradiction(
-        f"{logs[odd].label}: its time stamps are {steps[odd]:.3g} apart, those of the other logs "
-        f"{typical:.3g}. Are some of them seconds and others milliseconds, microseconds or a "
-        f"counter? Bring time_s of all logs to seconds."
-    )

@@ -43,6 +43,8 @@ class Triad:
         Corner of the first-order anti-alias low pass; infinite for none.
     step_counts : int
         Counts between two values that the converter delivers: 16 is a converter of four bits less.
+    truncates : bool
+        Whether a logger cuts to these values toward zero, instead of a converter that rounds.
     dead_band : float
         What an axis does not answer to, in the unit of the triad; beyond, it answers by that less.
     """
@@ -58,6 +60,7 @@ class Triad:
     full_scale: float
     bandwidth_hz: float = np.inf
     step_counts: int = 1
+    truncates: bool = False
     dead_band: float = 0.0
 
     def __post_init__(self) -> None:
@@ -90,7 +93,8 @@ class Triad:
             analogue += gauss_markov(time_s, self.slow_sd, self.slow_tau_s, rng)
         if np.isfinite(self.bandwidth_hz):
             analogue = low_pass(analogue, self.bandwidth_hz * (time_s[0, 1] - time_s[0, 0]))
-        steps = np.rint(analogue / self.step_counts) * self.step_counts
+        whole = np.trunc if self.truncates else np.rint
+        steps = whole(analogue / self.step_counts) * self.step_counts
         return np.clip(steps, *self.rails).astype(np.int64)
 
     def pose_mean_sd(self, samples: int, interval_s: float) -> FloatArray:
