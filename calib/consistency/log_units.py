@@ -8,10 +8,10 @@ from calib.errors import Contradiction
 from calib.poses.imu_log import TEMPERATURE, ImuLog
 
 CELSIUS = (-80.0, 150.0)
-"""Wider than the range of any inertial sensor's data sheet."""
+"""Range of temperatures. Fact: wider than that of any inertial sensor's data sheet."""
 
 OTHER_UNIT = 100.0
-"""Ratio of sample rates that no sensor is logged at: the next unit of time is 1000 away."""
+"""Ratio of the sample rates of two logs. Derived: the next unit of time is 1000 away."""
 
 
 def require_celsius(logs: Sequence[ImuLog]) -> None:

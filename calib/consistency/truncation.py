@@ -6,13 +6,13 @@ shows it. The value zero does: it stands for the readings from one step below ze
 it, and occurs twice as often as the values beside it. A rounded zero occurs as often as they do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import FloatArray, ImuLog, Triad
+from calib.poses.imu_log import TRIADS, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.samples.batches import PARTS, batch_means
 from calib.poses.samples.converter_steps import value_steps
 
@@ -45,7 +45,7 @@ def truncation_steps(logs: Sequence[ImuLog], triad: Triad) -> FloatArray | None:
     Returns
     -------
     array, shape (3,), or None
-        In the unit of the log, 0 for an axis of one value.
+        Counts as logged; 0 for an axis of one value.
     """
     readings = [log.readings(triad) for log in logs if log.has(triad)]
     crossing = [values for values in readings if _crosses_zero(values).any()]
@@ -62,20 +62,26 @@ def truncation_steps(logs: Sequence[ImuLog], triad: Triad) -> FloatArray | None:
     return np.where(np.isfinite(steps), steps, 0.0)
 
 
-def before_truncation(log: ImuLog, triad: Triad, steps: FloatArray) -> ImuLog:
-    """A log with the readings of ``triad`` in the middle of what they may have been.
+def before_truncation(log: ImuLog, steps: Mapping[Triad, FloatArray]) -> ImuLog:
+    """A log with its readings in the middle of what they may have been.
 
     Zero stays: the true reading is as likely below it as above.
+
+    Parameters
+    ----------
+    log : ImuLog
+    steps : mapping of triad to array, shape (3,)
+        Of each triad that is truncated, in its unit.
     """
-    if not log.has(triad):
-        return log
-    values = log.readings(triad)
-    return replace(log, **{triad: values + np.sign(values) * steps / 2})
+    accelerometer, gyroscope = (
+        values + np.sign(values) * steps[triad] / 2 if triad in steps else values
+        for triad in TRIADS for values in [log.readings(triad)])
+    return replace(log, accelerometer=accelerometer, gyroscope=gyroscope)
 
 
-def _crosses_zero(values: FloatArray) -> FloatArray:
+def _crosses_zero(values: FloatArray) -> BoolArray:
     """Whether each axis of readings (t, 3) has both signs, or is zero at times, (3,)."""
-    return (values.min(axis=0) <= 0) & (values.max(axis=0) >= 0)
+    return np.asarray((values.min(axis=0) <= 0) & (values.max(axis=0) >= 0))
 
 
 def _shares(levels: FloatArray) -> FloatArray:

@@ -200,27 +200,24 @@ def read_session(config: Config) -> SessionLogs:
             require_unclipped(session[setting].logs, triad, spec)
             if triad == "accelerometer" and setting.rate == STOPPED and not setting.poses.log:
                 require_raw(session[setting].logs, spec)
-    for triad in specs:
-        session = _before_truncation(session, triad, settings_of(config, triad))
-    return session
+    return _before_truncation(session, [triad for triad in TRIADS if triad in specs])
 
 
-def _before_truncation(
-    session: SessionLogs, triad: Triad, settings: Sequence[Setting]
-) -> SessionLogs:
-    """The session with the readings of a triad as they were before the logger truncated them."""
+def _before_truncation(session: SessionLogs, triads: Sequence[Triad]) -> SessionLogs:
+    """The session with its readings as they were before the logger truncated them."""
     every = {log.label: log for one in session.values() for log in one.logs}
-    steps = truncation_steps([*every.values()], triad)
-    if steps is None:
+    all_steps = {triad: truncation_steps([*every.values()], triad) for triad in triads}
+    steps = {triad: of_triad for triad, of_triad in all_steps.items() if of_triad is not None}
+    if not steps:
         return session
-    note = (f"The {triad}'s readings are truncated toward zero, as a conversion to an integer "
-            f"does: zero occurs twice as often as the values beside it. Half a step is added to "
-            f"each. Round where this calibration is used, and in the logger.")
-    first = settings[0]
+    note = (f"The readings of {' and '.join(steps)} are truncated toward zero, as a conversion to "
+            f"an integer does: zero occurs twice as often as the values beside it. Half a step is "
+            f"added to each. Round where this calibration is used, and in the logger.")
+    first = next(iter(session))
     return {setting: replace(
         one,
-        logs=tuple(before_truncation(log, triad, steps) for log in one.logs),
-        excluded=tuple((label, log and before_truncation(log, triad, steps))
+        logs=tuple(before_truncation(log, steps) for log in one.logs),
+        excluded=tuple((label, log and before_truncation(log, steps))
                        for label, log in one.excluded),
         notes=(note, *one.notes) if setting == first else one.notes,
     ) for setting, one in session.items()}
