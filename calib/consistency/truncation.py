@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import TRIADS, BoolArray, FloatArray, ImuLog, Triad
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.samples.batches import PARTS, batch_means
 from calib.poses.samples.converter_steps import value_steps
 
@@ -24,8 +24,6 @@ SMOOTH = 1.0
 """Noise in steps from which the shares of neighbouring values are interpolated. Derived: the middle
 of normal noise then has at most 1.27 of the interpolated share, less than the middle between once
 and twice."""
-
-NOT_WHOLE = 0.01  #: steps by which a value may miss a multiple of its step: rounding; numerical
 
 CLEAR = 2.0
 """Sds by which zero must be nearer to twice than to once as frequent. Derived: a rounded log must
@@ -48,14 +46,14 @@ def truncation_steps(logs: Sequence[ImuLog], triad: Triad) -> FloatArray | None:
         Counts as logged; 0 for an axis of one value.
     """
     readings = [log.readings(triad) for log in logs if log.has(triad)]
-    crossing = [values for values in readings if _crosses_zero(values).any()]
+    crossing = [values for values in readings
+                if ((values.min(axis=0) <= 0) & (values.max(axis=0) >= 0)).any()]
     if not crossing:
         return None
     steps = np.min([value_steps(values) for values in crossing], axis=0)
     noise = np.median([values.std(axis=0) for values in readings], axis=0)
-    axes = np.isfinite(steps) & (noise >= SMOOTH * steps)
     shares = [_shares(values[:, k] / steps[k]) for values in crossing
-              for k in np.flatnonzero(axes & _crosses_zero(values))]
+              for k in np.flatnonzero(noise >= SMOOTH * steps)]
     if not shares or not _twice_as_often(*np.vstack(shares).T):
         return None
     steps = np.min([value_steps(values) for values in readings], axis=0)
@@ -79,14 +77,9 @@ def before_truncation(log: ImuLog, steps: Mapping[Triad, FloatArray]) -> ImuLog:
     return replace(log, accelerometer=accelerometer, gyroscope=gyroscope)
 
 
-def _crosses_zero(values: FloatArray) -> BoolArray:
-    """Whether each axis of readings (t, 3) has both signs, or is zero at times, (3,)."""
-    return np.asarray((values.min(axis=0) <= 0) & (values.max(axis=0) >= 0))
-
-
 def _shares(levels: FloatArray) -> FloatArray:
     """Share of zero in each part of one axis (t,), in steps, and that interpolated, (parts, 2)."""
-    if len(levels) < PARTS or np.abs(levels - np.rint(levels)).max() > NOT_WHOLE:
+    if len(levels) < PARTS:
         return np.zeros((0, 2))
     whole = np.rint(levels)
     beside = sum(weight * (whole == level) for level, weight in BESIDE_ZERO.items())
@@ -110,4 +103,4 @@ def _twice_as_often(zero: FloatArray, beside: FloatArray) -> bool:
     ratio = total / expected
     scatter = float(np.square(zero - ratio * beside).sum()) * (1 + 1 / dof)
     limit = float(stdtrit(dof, ndtr(CLEAR))) * np.sqrt(scatter) / total
-    return bool(np.log(ratio) - np.log(2) / 2 > limit and np.log(ratio / 2) < limit)
+    return bool(np.log(ratio / np.sqrt(2)) > limit)

@@ -1,6 +1,7 @@
 """Readings that a logger truncated toward zero, in logs made of noise."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +29,11 @@ def logs(
     return written
 
 
+def half_way(values: FloatArray) -> FloatArray:
+    """Values of a converter that has none at zero."""
+    return np.floor(values) + 0.5
+
+
 @pytest.mark.parametrize(("noise", "most"), [(1.2, 12), (3.0, 18), (10.0, 18)])
 def test_readings_truncated_toward_zero_are_told(noise: float, most: int) -> None:
     told = [truncation_steps(logs(np.trunc, noise, seed), "accelerometer") for seed in range(20)]
@@ -37,7 +43,7 @@ def test_readings_truncated_toward_zero_are_told(noise: float, most: int) -> Non
 
 @pytest.mark.parametrize("tails", [False, True])
 @pytest.mark.parametrize("noise", [0.2, 0.7, 1.2, 3.0, 10.0])
-@pytest.mark.parametrize("whole", [np.rint, np.floor, np.ceil])
+@pytest.mark.parametrize("whole", [np.rint, np.floor, np.ceil, half_way])
 def test_readings_cut_otherwise_are_not(
     whole: Callable[[FloatArray], FloatArray], noise: float, tails: bool
 ) -> None:
@@ -66,3 +72,10 @@ def test_a_short_log_and_one_without_the_triad_tell_nothing() -> None:
     assert truncation_steps([first.take(slice(0, 5))], "accelerometer") is None
     assert truncation_steps([first], "gyroscope") is None
     assert np.isnan(before_truncation(first, {"gyroscope": np.ones(3)}).gyroscope).all()
+
+
+def test_zeros_in_one_part_of_one_log_tell_nothing() -> None:
+    log = logs(np.rint, 3.0, 0)[0]
+    readings = np.full((ROWS, 3), 5.0) + log.accelerometer
+    readings[:50] = STEP * np.trunc(np.random.default_rng(0).normal(scale=3.0, size=(50, 3)))
+    assert truncation_steps([replace(log, accelerometer=readings)], "accelerometer") is None
