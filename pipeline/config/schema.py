@@ -205,6 +205,11 @@ class RunSection(Section):
             raise refusal("attitude_sd_deg says nothing of a gyroscope at rest: take it out")
         return self
 
+    @property
+    def recorded(self) -> "RunSection":
+        """Key of the recording of its poses, at this rate and without the excluded ones."""
+        return self.model_copy(update={"attitude_sd_deg": None})
+
 
 class TriadFitSection(Section):
     """Settings of the fit of a triad's poses, all runs jointly."""

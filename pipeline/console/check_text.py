@@ -8,14 +8,13 @@ from calib.poses.imu_log import TRIADS
 from pipeline.config.load import Config
 from pipeline.config.schema import RunSection, TriadFitSection, VideoRateSection
 from pipeline.stages.rehearsal import Rehearsal
-from pipeline.stages.session_logs import Setting
 from pipeline.text.formatting import count
 from pipeline.text.names import command, short_name
 
 LISTED = 4  #: files that a line names; layout
 
 
-def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:
+def config_lines(config: Config, poses: Mapping[RunSection, int]) -> Iterator[str]:
     """One line per section of the file, with the number of ``poses`` of each setting.
 
     The last line is the next command.
@@ -73,9 +72,9 @@ def _logs(section: RunSection) -> dict[str, Any]:
     return {"files": paths, "exclude": list(section.exclude)}
 
 
-def _poses(section: RunSection, counts: Mapping[Setting, int]) -> str:
+def _poses(section: RunSection, counts: Mapping[RunSection, int]) -> str:
     poses, excluded = section.poses, section.exclude
-    number = counts.get(Setting.of(section))
+    number = counts.get(section.recorded)
     beside = f", {count(number, 'pose')}" if number is not None else ""
     without = f", without {', '.join(map(str, excluded))}" if excluded else ""
     if poses.log:

@@ -29,7 +29,7 @@ from pipeline.logs.formats.kinds import split_member
 from pipeline.stages.excluded_poses import chosen
 from pipeline.stages.pose_means import first_directions, pose_seconds, read_pose_means, sensed_rate
 from pipeline.stages.poses import still_search
-from pipeline.stages.session_logs import Setting, long_logs, read_logs
+from pipeline.stages.session_logs import long_logs, read_logs
 from pipeline.stages.triad_poses import attitude_sd_rad
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
@@ -58,7 +58,7 @@ class PlannedSetting:
 
 def planned_setting(config: Config, section: RunSection) -> PlannedSetting:
     """Read the recorded poses of one setting; each file once while it does not change."""
-    poses, name = section.poses, Setting.of(section).rate
+    poses, name = section.poses, section.rate
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
     if isinstance(stated, KnownRateSection):
@@ -93,7 +93,7 @@ def _tilt(config: Config, section: RunSection, means: list[PoseMean]) -> float:
     if means:
         return (tilt_of_run(means) or 0.0) if is_leaning(means) else 0.0
     tilted = config.accelerometer.runs if config.accelerometer else ()
-    return ADVISED_TILT_RAD * (Setting.of(section) in map(Setting.of, tilted))
+    return ADVISED_TILT_RAD * (section.recorded in [one.recorded for one in tilted])
 
 
 def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:

@@ -29,11 +29,7 @@ from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.recordings import Recording, Recordings
-from pipeline.stages.session_logs import (
-    SessionLogs,
-    Setting,
-    sections_by_setting,
-)
+from pipeline.stages.session_logs import SessionLogs, sections_by_setting
 from pipeline.text.formatting import count
 
 SMALLEST_SHARE_AT_REST = 0.25
@@ -85,7 +81,7 @@ def _tabled(
 
 
 def _averaged(
-    setting: Setting, specs: Specs, rates: Mapping[str, SettingRate], session: SessionLogs
+    setting: RunSection, specs: Specs, rates: Mapping[str, SettingRate], session: SessionLogs
 ) -> Recording:
     """The poses of one file each."""
     read = session[setting]
@@ -148,7 +144,7 @@ def _searched(
 ) -> Recording:
     """The poses of long logs, in which they are searched; stops at the rates of other runs that
     use the same logs are theirs."""
-    setting = Setting.of(section)
+    setting = section.recorded
     rate = _signed_rate(setting, rates)
     elsewhere = [_signed_rate(other, rates) for other in session
                  if other.rate != setting.rate and {*other.poses.log} & {*setting.poses.log}
@@ -170,7 +166,7 @@ def _searched(
     return recording.beside(setting.rate, ratio or None)
 
 
-def _signed_rate(setting: Setting, rates: Mapping[str, SettingRate]) -> float:
+def _signed_rate(setting: RunSection, rates: Mapping[str, SettingRate]) -> float:
     """The plate's rate, rad/s, 0 at rest."""
     return rates[setting.rate].signed_rad_s if setting.rate in rates else 0.0
 

@@ -9,7 +9,6 @@ from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray
 from pipeline.config.schema import RunSection
 from pipeline.stages.excluded_poses import ExcludedMean
-from pipeline.stages.session_logs import Setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +40,11 @@ class Recording:
 class Recordings:
     """All poses of a session, averaged."""
 
-    by_setting: Mapping[Setting, Recording]
+    by_setting: Mapping[RunSection, Recording]
 
     def of(self, section: RunSection) -> Recording:
         """The recording of a section."""
-        return self.by_setting[Setting.of(section)]
+        return self.by_setting[section.recorded]
 
     @property
     def origin_s(self) -> float:

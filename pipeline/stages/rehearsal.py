@@ -22,7 +22,7 @@ from calib.poses.imu_log import TRIADS
 from calib.poses.reference import PlateRate
 from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.config.load import Config
-from pipeline.config.schema import KnownRateSection
+from pipeline.config.schema import KnownRateSection, RunSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
@@ -32,7 +32,7 @@ from pipeline.stages.rate import SettingRate
 from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.references import gravity_of
 from pipeline.stages.run import check_session
-from pipeline.stages.session_logs import SessionLogs, Setting
+from pipeline.stages.session_logs import SessionLogs
 from pipeline.stages.triad_poses import gyroscope_poses, model_on
 from pipeline.stages.triads import doubts_of, triad_input
 from pipeline.stages.user_effects import user_effects
@@ -49,7 +49,7 @@ class Rehearsal:
     them.
     """
 
-    poses: Mapping[Setting, int]
+    poses: Mapping[RunSection, int]
     warnings: tuple[str, ...]
 
 
@@ -95,7 +95,7 @@ def _accelerometer(config: Config, recordings: Recordings) -> TriadCalibration |
     """The calibration; None where the waves need the rate from the clip."""
     section = config.accelerometer
     if section is None or not all(
-            Setting.of(run) in recordings.by_setting for run in section.sections):
+            run.recorded in recordings.by_setting for run in section.sections):
         return None
     return triad_input("accelerometer", config, {}, recordings).calibrated()
 
@@ -116,7 +116,7 @@ def _gyroscope(
     if not filmed:
         read_in = triad_input("gyroscope", config, rates, recordings, accelerometer)
         return read_in.calibrated(), read_in.notes
-    sensed = _sensed_rates(logs, [Setting.of(run) for run in filmed], sensor_specs(config.sensor))
+    sensed = _sensed_rates(logs, [run.recorded for run in filmed], sensor_specs(config.sensor))
     if sensed is None:
         return None, ()
     recordings = Recordings({**recordings.by_setting, **sensed[0]})
@@ -143,8 +143,8 @@ def _off_the_nominal(config: Config, rates: Mapping[str, PlateRate]) -> Iterator
 
 
 def _sensed_rates(
-    logs: SessionLogs, settings: list[Setting], specs: Specs
-) -> tuple[dict[Setting, Recording], dict[str, PlateRate]] | None:
+    logs: SessionLogs, settings: list[RunSection], specs: Specs
+) -> tuple[dict[RunSection, Recording], dict[str, PlateRate]] | None:
     """Averages of whole logs, and the rates of the gyroscope in them by its data sheet.
 
     None if poses are parts of long logs, which are found by the plate's rate, or are in a table;

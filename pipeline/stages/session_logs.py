@@ -62,20 +62,6 @@ def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, 
 NOTES_SHOWN = 3  #: notes of one run's poses; it chooses words only
 
 
-@dataclass(frozen=True)
-class Setting:
-    """Poses, plate rate and exclusions, the key by which a recording is found."""
-
-    poses: PosesSection
-    rate: str
-    exclude: tuple[str | int, ...] = ()
-
-    @classmethod
-    def of(cls, section: RunSection) -> "Setting":
-        """The setting of a section."""
-        return cls(section.poses, section.rate, section.exclude)
-
-
 @dataclass(frozen=True, eq=False)
 class SettingLogs:
     """The logs of one setting, one for each pose or the long ones that hold all of them.
@@ -91,19 +77,20 @@ class SettingLogs:
     excluded: tuple[tuple[str, ImuLog | None], ...] = ()
 
 
-SessionLogs = Mapping[Setting, SettingLogs]
+SessionLogs = Mapping[RunSection, SettingLogs]
+"""The logs by :attr:`RunSection.recorded`."""
 
 
-def settings_of(config: Config, triad: Triad) -> list[Setting]:
+def settings_of(config: Config, triad: Triad) -> list[RunSection]:
     """The settings that the section of ``triad`` names, in its order."""
-    return [Setting.of(section) for section in config.runs_of(triad)]
+    return [section.recorded for section in config.runs_of(triad)]
 
 
-def sections_by_setting(config: Config) -> dict[Setting, RunSection]:
+def sections_by_setting(config: Config) -> dict[RunSection, RunSection]:
     """Every setting of a configuration with the first section that names it."""
-    sections: dict[Setting, RunSection] = {}
+    sections: dict[RunSection, RunSection] = {}
     for _, section in config.placed_runs():
-        sections.setdefault(Setting.of(section), section)
+        sections.setdefault(section.recorded, section)
     return sections
 
 
@@ -224,7 +211,7 @@ def _before_truncation(session: SessionLogs, triads: Sequence[Triad]) -> Session
 
 
 def _each_once(
-    settings: Sequence[Setting], session: Mapping[Setting, SettingLogs]
+    settings: Sequence[RunSection], session: SessionLogs
 ) -> Iterator[ImuLog]:
     """The logs of settings; a long log once for all rates, each of which uses other stops of it.
 
@@ -240,7 +227,7 @@ def _each_once(
             others.add(setting.rate)
 
 
-def _read(setting: Setting, folder: Path, choice: Choice | None, specs: Specs) -> SettingLogs:
+def _read(setting: RunSection, folder: Path, choice: Choice | None, specs: Specs) -> SettingLogs:
     poses, turning = setting.poses, setting.rate != STOPPED
     if poses.means:
         return SettingLogs()

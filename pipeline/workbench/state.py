@@ -23,7 +23,6 @@ from pipeline.exclusion import PlacedPose, with_exclusions
 from pipeline.model_change import CONSTANT_RATE
 from pipeline.stages.excluded_poses import ExcludedMean, PoseName, short_names
 from pipeline.stages.recordings import Recording, Recordings
-from pipeline.stages.session_logs import Setting
 
 PosesByLabel = Mapping[str, PlacedPose]
 
@@ -205,7 +204,7 @@ def recordings_without(
                                  strict=True):
             of_section = recordings.of(section)
             names = {name for name in then.exclude if name not in section.exclude}
-            by_setting[Setting.of(then)] = _without(
+            by_setting[then.recorded] = _without(
                 of_section, names, bool(section.poses.log)) if names else of_section
     return Recordings(by_setting)
 

@@ -14,7 +14,6 @@ from pipeline.config.schema import GyroscopeSection, PosesSection, RunSection
 from pipeline.further.logs import Known
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.recordings import Recording, Recordings
-from pipeline.stages.session_logs import Setting
 from tests.sessions import edit, pipeline, quick_session, results_in, rewrite_rows, typed
 
 pytestmark = pytest.mark.usefixtures("bare_page")
@@ -76,7 +75,7 @@ def test_the_direction_of_a_setting_is_that_of_its_poses_where_its_rate_states_n
         gyroscope=GyroscopeSection.model_construct(runs=tuple(runs)))
     rates = {name: SettingRate(name, PlateRate(name, np.full(1, 3.49), np.full(1, 1e-4), 0.0), (),
                                ()) for name in ("fast", "back")}
-    recordings = Recordings({Setting.of(run): recording(sign)
+    recordings = Recordings({run.recorded: recording(sign)
                              for run, sign in zip(runs, (1.0, -1.0), strict=True)})
     assert Known.of(config, {}, rates, recordings).rates == {"fast": 3.49, "back": -3.49}
 

@@ -15,7 +15,7 @@ from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
-from pipeline.stages.session_logs import Setting, read_session
+from pipeline.stages.session_logs import read_session
 from tests.pipeline.guess.corpus import READ
 from tests.pipeline.guess.foreign import Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, GRAVITY_M_S2, HandLog, hand_log
@@ -67,7 +67,7 @@ def test_a_session_reads_in_a_foreign_file_what_was_recorded(
     assert [*disagreements(guess)] == []
     config = parse_config(tmp_path / "session.yaml", config_text(guess, tmp_path, Choices(SITE)))
     assert config.accelerometer is not None
-    logs = read_session(config)[Setting.of(config.accelerometer.at_rest[0])].logs
+    logs = read_session(config)[config.accelerometer.at_rest[0].recorded].logs
     for triad, per_si, recorded, within in (
         ("accelerometer", foreign.per_m_s2, log.acc, 0.03),
         ("gyroscope", foreign.per_rad_s, log.gyr, 0.001),
