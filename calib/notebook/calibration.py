@@ -15,7 +15,6 @@ from calib.effects.needs import unavailable
 from calib.errors import CalibrationError, Undetermined, UnusableLog
 from calib.fit.model import Model
 from calib.notebook import display
-from calib.notebook.display import partial_figure
 from calib.notebook.tables import SI, columns_of
 from calib.poses.averaging.pose_mean import TIME, triad_columns
 from calib.poses.conditions import Conditions
@@ -119,11 +118,20 @@ class Calibration:
 
     def to_pandas(self) -> "DataFrame":
         """Every parameter with its sd and unit, one row each."""
-        return display.parameter_frame(self.assessed)
+        from pandas import DataFrame
+
+        names, units, values, sds = zip(*display.parameters_of(self.assessed), strict=True)
+        return DataFrame({"value": values, "sd": sds, "unit": units}, index=list(names))
 
     def poses_to_pandas(self) -> "DataFrame":
         """Every pose: residual, its sd, leave-one-out residual, reference, logged columns."""
-        return display.pose_frame(self.assessed)
+        from pandas import DataFrame
+
+        poses, one = self.assessed.calibration.fit.poses, self.assessed.comparison.poses
+        return DataFrame({
+            "run": poses.run, "reference": poses.reference.magnitude,
+            **{key: [getattr(pose, key) for pose in one] for key in ("residual", "sd", "left_out")},
+            **poses.columns}, index=list(poses.label))
 
     def plot(self, effect: str | Effect | None = None) -> "Figure":
         """Residual and leave-one-out residual of every pose with the noise band.
@@ -132,11 +140,17 @@ class Calibration:
         """
         if effect is None:
             return display.figure(self.assessed)
-        return partial_figure(self.assessed, self._known(effect))
+        return display.partial_figure(self.assessed, self._known(effect))
 
     def correlations(self) -> "DataFrame":
-        """Correlations of all parameters, by their names."""
-        return display.correlation_frame(self.assessed)
+        """Correlations of the parameters of the linear form, effects by their names."""
+        from pandas import DataFrame
+
+        fit = self.assessed.calibration.fit
+        names = [f"{effect.name} {label}".strip() for effect in fit.model.effects
+                 for label in effect.parameters or ("",)]
+        sd = np.sqrt(np.diag(fit.cov))
+        return DataFrame(fit.cov / np.outer(sd, sd), index=names, columns=names)
 
     def _known(self, effect: str | Effect) -> Effect:
         """The effect, if these poses can evaluate it and it is not in the model."""

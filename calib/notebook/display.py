@@ -5,9 +5,8 @@ line of slope 1 if the effect is present, and scatter about zero if it is not (C
 added-variable plot).
 """
 
-from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,13 +14,11 @@ from calib.assess import AssessedTriad
 from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.effects.effect import Effect
 from calib.fit.linear import orthonormal_columns
-from calib.lot import CalibratedBlock
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from calib.rounding import with_sd
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from pandas import DataFrame
 
 
 NAME_WIDTH = 24  #: width of a parameter's name in a terminal; a width of text
@@ -82,53 +79,6 @@ def html(assessed: AssessedTriad) -> str:
     notes = "".join(f"<p>{escape(note)}</p>" for note in assessed.calibration.fit.poses.notes)
     return (f"<p><b>{escape(head(assessed))}</b></p><table><tr><th>parameter</th><th>value ± sd"
             f"</th><th>unit</th></tr>{rows}</table>{notes}<p>{escape(assessed.diagnosis.text)}</p>")
-
-
-def parameter_frame(assessed: AssessedTriad) -> "DataFrame":
-    """Columns value, sd and unit by the parameter's name."""
-    from pandas import DataFrame
-
-    names, units, values, sds = zip(*parameters_of(assessed), strict=True)
-    return DataFrame({"value": values, "sd": sds, "unit": units}, index=list(names))
-
-
-def correlation_frame(assessed: AssessedTriad) -> "DataFrame":
-    """Correlations of the parameters of the linear form, effects by their names."""
-    from pandas import DataFrame
-
-    fit = assessed.calibration.fit
-    names = []
-    for effect in fit.model.effects:
-        labels = effect.parameters or ("",)
-        names += [f"{effect.name} {label}".strip() for label in labels]
-    sd = np.sqrt(np.diag(fit.cov))
-    return DataFrame(fit.cov / np.outer(sd, sd), index=names, columns=names)
-
-
-def lot_frame(blocks: Sequence[CalibratedBlock]) -> "DataFrame":
-    """Parameters, sds and the fit of every sensor of a lot by its name, SI."""
-    from pandas import DataFrame, concat
-
-    return concat([DataFrame(
-        {"poses": block.poses, "chi2": block.chi2, "dof": block.dof, "p_value": block.p_value,
-         **block.columns(("misalignment", "bias", "scale"))}, index=list(block.sensors))
-        for block in blocks])
-
-
-def pose_frame(assessed: AssessedTriad) -> "DataFrame":
-    """Residuals and conditions by the pose's name, SI."""
-    from pandas import DataFrame
-
-    poses = assessed.calibration.fit.poses
-    one = assessed.comparison.poses
-    columns: dict[str, Any] = {
-        "run": poses.run,
-        "reference": poses.reference.magnitude,
-        "residual": [pose.residual for pose in one],
-        "sd": [pose.sd for pose in one],
-        "left_out": [pose.left_out for pose in one],
-    }
-    return DataFrame({**columns, **poses.columns}, index=list(poses.label))
 
 
 def figure(assessed: AssessedTriad) -> "Figure":

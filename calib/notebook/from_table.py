@@ -60,8 +60,13 @@ class LotCalibration:
         return pool_of_lot(lambda: [_named(self.poses)], _model(self.model))
 
     def to_pandas(self) -> "DataFrame":
-        """Parameters with their sds and the fit of every sensor, one row each."""
-        return display.lot_frame(self.blocks)
+        """Parameters, sds and the fit of every sensor by its name, SI."""
+        from pandas import DataFrame, concat
+
+        return concat([DataFrame(
+            {"poses": block.poses, "chi2": block.chi2, "dof": block.dof, "p_value": block.p_value,
+             **block.columns(("misalignment", "bias", "scale"))}, index=list(block.sensors))
+            for block in self.blocks])
 
     def __repr__(self) -> str:
         missing = ", ".join(effect.name for effect in self.pool.effects)
