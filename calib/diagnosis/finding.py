@@ -5,8 +5,7 @@ words, and what to record next.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -81,7 +80,7 @@ def find(
     """Find the effects that ``fit`` lacks; the parameters are those of :func:`diagnose`."""
     listed, unavailable = listed_hypotheses(fit, user_effects, covariates)
     usual = [*listed, *unknown_hypotheses(fit, causes(fit.poses, covariates)),
-             *_by_clock(_Clock.of(fit))]
+             *by_clock(fit)]
     rates = scattering_rates(fit)
     # So large a scatter would hide any effect: it is believed where none takes most of the misfit.
     late = bool(rates) and scatters_too_much(fit)
@@ -89,25 +88,3 @@ def find(
     if late and 2 * posterior.likeliest_fit.relative_misfit > fit.relative_misfit:
         posterior = search(fit, usual + rates)
     return Finding(posterior, reach_verdict(posterior), unavailable)
-
-
-@dataclass(frozen=True)
-class _Clock:
-    """Times, names and runs of poses, the model's effects, the constants: ``key``."""
-
-    key: tuple[object, ...]
-    fit: Fit = field(compare=False)
-
-    @classmethod
-    def of(cls, fit: Fit) -> "_Clock":
-        poses = fit.poses
-        times = [None if each is None else each.tobytes()
-                 for each in (poses.time_s, poses.run_time_s)]
-        names = fit.model.names
-        return cls((*times, poses.label, poses.run, names, *vars(CONSTANTS).values()), fit)
-
-
-@lru_cache(maxsize=4)  # sessions of one design are diagnosed by the thousand
-def _by_clock(clock: _Clock) -> tuple[Hypothesis, ...]:
-    """The hypotheses that depend on a pose through its time alone."""
-    return by_clock(clock.fit)
