@@ -11,7 +11,7 @@ HOME: Mapping[str, tuple[str, ...]] = {
     "yaml": ("pipeline.config", "pipeline.export"),
     "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
-    "jinja2": ("pipeline.report", "pipeline.export"),
+    "jinja2": ("pipeline.report", "pipeline.export", "pipeline.config.template"),
     "rich": ("pipeline.cli", "pipeline.commands"),
     "starlette": ("pipeline.served", "pipeline.workbench", "pipeline.clock"),
     "uvicorn": ("pipeline.served",),

@@ -35,22 +35,14 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
     On a terminal the command asks for the latitude of the site. Without one the file states gravity
     anywhere on Earth with its uncertainty. The command never overwrites a file.
     """
-    from pipeline.config.template import (
-        located_template,
-        shipped_file,
-        template_text,
-        tilted_template,
-        write_template,
-    )
+    from pipeline.config.template import shipped_file, site_text, template_text, write_template
     from pipeline.files import write_whole
     from pipeline.text.names import command as proposed
 
     if latitude is None and sys.stdin.isatty():
         latitude = ask_latitude()
-    text = tilted_template(template_text()) if tilted else template_text()
-    if latitude is not None:
-        text = located_template(text, latitude, height)
-    path = write_template(folder, text)
+    site = None if latitude is None else site_text(latitude, height)
+    path = write_template(folder, template_text(site, tilted))
     poses, bench, leaning = sheets = [path.parent / name for name in (POSES, BENCH, LEANING)]
     for sheet in sheets:
         if not sheet.exists() and (tilted or sheet != leaning):
