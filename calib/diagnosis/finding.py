@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
 from calib.diagnosis.hypotheses.courses import by_clock, scattering_rates, scatters_too_much
 from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses

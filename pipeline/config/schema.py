@@ -271,9 +271,6 @@ def resting_section(kind: TriadKind) -> type[TriadFitSection]:
         "poses": (PosesSection, ...), "exclude": (PoseNames, ()), **magnitudes})
 
 
-# --- the rest ----------------------------------------------------------------------------------
-
-
 class EffectSection(Section):
     """A user-defined effect: an expression in the pose's columns, or a Python function.
 

@@ -33,9 +33,11 @@ def template_text(site: str | None = None, tilted: bool = False) -> str:
     """
     from jinja2 import Template  # which other users of this module do not need
 
-    text = resources.files("pipeline.config").joinpath("templates", TEMPLATE_NAME).read_text("utf-8")
-    return Template(text, trim_blocks=True, keep_trailing_newline=True).render(
-        site=site, tilted=tilted)
+    template = resources.files("pipeline.config").joinpath("templates", TEMPLATE_NAME)
+    filled = Template(
+        template.read_text(encoding="utf-8"), trim_blocks=True, keep_trailing_newline=True)
+    text: str = filled.render(site=site, tilted=tilted)
+    return text
 
 
 def write_template(folder: Path, text: str) -> Path:

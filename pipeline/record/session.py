@@ -36,8 +36,8 @@ from pipeline.record.recorded_poses import (
 from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
-from pipeline.stages.live_clip import PoseCamera
 from pipeline.stages.pose_means import first_directions, rest_reading
+from vision.camera import Camera, CameraFailed
 
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device has vanished
 
@@ -77,7 +77,7 @@ class RecordingDisplay(Protocol):
 
 
 #: Makes the camera that films on the session's clock.
-OpenCamera = Callable[[Callable[[], float]], PoseCamera]
+OpenCamera = Callable[[Callable[[], float]], Camera]
 
 
 @dataclass(frozen=True)
@@ -276,4 +276,13 @@ class Session:
         average_pose(log, self._specs, pose_rate(block, log, self._specs.get("gyroscope"), rest))
 
     def _stop_filming(self, keep: bool) -> str:
-        return self._filming.stop(keep) if self._filming else ""
+        """End the clip of a pose; a remark on it."""
+        if self._filming is None:
+            return ""
+        try:
+            clip = self._filming.stop(keep)
+        except CameraFailed as error:
+            return f"; without a clip: {error}"
+        if clip is None:
+            return "; without a clip: the camera delivered no frame" if keep else ""
+        return f"; filmed {clip.path.name}, {clip.frames} frames in {clip.seconds:.1f} s"

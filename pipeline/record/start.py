@@ -7,7 +7,7 @@ from pipeline.config.load import Config
 from pipeline.errors import ConfigError
 from pipeline.record.serial_port import SerialPort, only_port
 from pipeline.record.session import RecordingDisplay, Session
-from pipeline.stages.live_clip import PoseCamera
+from pipeline.stages.live_clip import opened_camera
 from vision.camera import Watch
 
 
@@ -40,5 +40,5 @@ def open_session(
         update={key: value for key, value in options.items() if value is not None})
     chosen = config.model_copy(update={"record": record})
     open_camera = None if record.camera is None else partial(
-        PoseCamera, record.camera, watch=watch)
+        opened_camera, record.camera, watch=watch)
     return Session(chosen, partial(SerialPort, record.port or only_port()), display, open_camera)

@@ -50,46 +50,17 @@ def film_clip(
     return kept.path
 
 
-class PoseCamera:
-    """A camera that films poses, each in a clip of its own.
-
-    Parameters
-    ----------
-    number : int
-        Number of the camera; 0 is the first.
-    clock : callable
-        The session's clock, which the sensor's log is kept on.
-    watch : callable, optional
-        Sees every frame.
+def opened_camera(
+    number: int, clock: Callable[[], float], watch: Watch | None = None
+) -> Camera:
+    """The camera ``number`` on the session's ``clock``; ``watch`` sees every frame.
 
     Raises
     ------
     DeviceError
-        The camera cannot be opened.
+        It cannot be opened.
     """
-
-    def __init__(
-        self, number: int, clock: Callable[[], float], watch: Watch | None = None
-    ) -> None:
-        try:
-            self._camera = Camera(number, clock, watch)
-        except CameraFailed as error:
-            raise DeviceError(str(error)) from error
-
-    def start(self, clip: Path) -> None:
-        """Begin a clip."""
-        self._camera.start(clip)
-
-    def stop(self, keep: bool) -> str:
-        """End the clip; returns a remark on it."""
-        try:
-            clip = self._camera.stop(keep)
-        except CameraFailed as error:
-            return f"; without a clip: {error}"
-        if clip is None:
-            return "; without a clip: the camera delivered no frame" if keep else ""
-        return f"; filmed {clip.path.name}, {clip.frames} frames in {clip.seconds:.1f} s"
-
-    def close(self) -> None:
-        """Release the camera."""
-        self._camera.close()
+    try:
+        return Camera(number, clock, watch)
+    except CameraFailed as error:
+        raise DeviceError(str(error)) from error

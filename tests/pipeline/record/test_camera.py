@@ -11,7 +11,7 @@ from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
 from pipeline.record.start import open_session
-from pipeline.stages.live_clip import PoseCamera
+from pipeline.stages.live_clip import opened_camera
 from tests.pipeline.record.play import evening, onlooker, playing, write_config
 from tests.world.film import Recorder, film
 from tests.world.plate import PlateMotion
@@ -99,7 +99,7 @@ def test_an_absent_camera_is_told() -> None:
     with pytest.raises(CameraFailed, match="camera 97 cannot be opened"):
         Camera(97)
     with pytest.raises(DeviceError, match="0 is the first"):
-        PoseCamera(97, time.monotonic)
+        opened_camera(97, time.monotonic)
 
 
 @pytest.fixture
