@@ -1,4 +1,4 @@
 """Expected results of planned poses, before they are recorded.
 
-    ideal_poses (readings of a perfect sensor) ─► prospect (sds, blind effects, next pose)
+    prospect (sds, blind effects, next pose), of the readings of a perfect sensor in them
 """

@@ -15,6 +15,7 @@ import numpy as np
 
 from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.diagnosis.hypotheses.signature import Projector, Signature, are_aliases, effect_columns
+from calib.diagnosis.next_measurement.ideal_poses import PlannedRun, ideal_poses
 from calib.diagnosis.next_measurement.pose_blocks import POSE_S
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
@@ -26,7 +27,6 @@ from calib.fit.model import Model
 from calib.fit.parameters import triad_parameters
 from calib.fit.rows.residuals import Equations
 from calib.numbers import NO_LENGTH
-from calib.planning.ideal_poses import PlannedRun, ideal_poses
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
@@ -181,20 +181,15 @@ def _wedge_poses(fitted: Fit) -> PoseSet:
     first = poses.run[turning[0]] if turning.size else poses.run[0]
     like = np.array([run == first for run in poses.run])
     at = int(np.flatnonzero(like)[0])
-    sign = float(np.sign(poses.spin_rad_s[at]) or 1.0) if poses.triad == "gyroscope" else 1.0
     matrix = fitted.equations.start.matrix  # from the data sheet's units to true ones
     typical_sd = np.sqrt(np.median(poses.sd[like] ** 2, axis=0) @ (matrix**2).T)
-    return replace(
-        replace(poses, ring=None).take(np.full(len(WEDGE), at)),
-        label=tuple(f"wedge {i + 1}" for i in range(len(WEDGE))),
-        reading=sign * poses.reference.magnitude[at] * WEDGE,
-        sd=np.tile(typical_sd, (len(WEDGE), 1)),
-        force=np.linalg.norm(poses.force[at]) * WEDGE,
-        time_s=np.arange(len(WEDGE), dtype=float),
-        other_reading=None,
-        run_time_s=None,
-        up=None, up_sd_rad=None,
-    )
+    n = len(WEDGE)
+    run = PlannedRun(
+        "wedge", WEDGE, float(poses.reference.magnitude[at]), float(poses.spin_rad_s[at]),
+        typical_sd, 0.0, (), float(np.linalg.norm(poses.force[at])), np.arange(n, dtype=float),
+        np.tile(poses.vibration[at], (n, 1)),
+        {name: np.full(n, values[at]) for name, values in poses.columns.items()})
+    return replace(ideal_poses(poses.triad, [run]), reference=poses.reference.take(np.full(n, at)))
 
 
 @dataclass(frozen=True, eq=False)

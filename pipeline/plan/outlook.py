@@ -11,6 +11,12 @@ from typing import Literal
 
 import numpy as np
 
+from calib.diagnosis.next_measurement.ideal_poses import (
+    PlannedRun,
+    expected_widening,
+    ideal_poses,
+    one_second_sd,
+)
 from calib.diagnosis.next_measurement.pose_blocks import HEADROOM
 from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_horizontal
 from calib.errors import CalibrationError
@@ -18,7 +24,6 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import has_sds, with_estimated_sds
 from calib.fit.model import Model
 from calib.fit.triad.leaning import with_axes
-from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
 from calib.planning.prospect import BestPose, Prospect, best_pose, prospect_of
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.conditions import OTHER_TRIAD

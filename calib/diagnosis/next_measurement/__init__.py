@@ -1,4 +1,5 @@
 """The poses that would settle what these leave open.
 
-    pose_blocks (hypothetical rows beside the real ones) ─ advice (the block worth its time)
+    ideal_poses (readings of a perfect sensor)
+        └─ pose_blocks (hypothetical rows beside the real ones) ─ advice (the block worth its time)
 """

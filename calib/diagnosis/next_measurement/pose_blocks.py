@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.diagnosis.next_measurement.ideal_poses import PlannedRun, ideal_poses
 from calib.diagnosis.next_measurement.kind import (
     SAME_SPEED,
     THROUGH_TEMPERATURES,
@@ -24,7 +25,7 @@ from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference, room_names
-from calib.poses.runs.ideal_ring import ADVISED_TILT, ADVISED_TILT_RAD, ideal_ring
+from calib.poses.runs.ideal_ring import ADVISED_TILT, ADVISED_TILT_RAD
 from calib.poses.runs.reference_runs import RATE_OF, TIME_BASE
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
@@ -176,8 +177,6 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     n = len(axis)
     size = abs(factor) * _least(poses.reference.magnitude[turning])
     direction = _direction(poses, factor)
-    vector = direction * size * axis
-    start = fit.equations.start
     like = poses.reference.is_null if factor == 0.0 else turning
     force = np.linalg.norm(poses.force, axis=1)
     logged = force[np.isfinite(force)]
@@ -185,23 +184,13 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     at_rest = factor == 0.0 and not like.any()  # no pose shows the vibration on a stopped plate
     vibration = np.zeros(3) if at_rest else _typical(poses.vibration, like)
     time_s, columns = _course(poses, n, warmth, delay_s)
-    reading = np.asarray(np.linalg.solve(start.matrix, (vector - start.offset).T).T, float)
-    sd = np.tile(_typical(poses.sd, like), (n, 1))
-    return PoseSet(
-        triad=poses.triad,
-        label=tuple(f"{block.code} {i + 1}" for i in range(n)),
-        run=(block.code,) * n,
-        reading=reading,
-        sd=sd,
-        ring=ideal_ring(axis, block.tilt_rad, gravity, reading, sd) if block.tilt_rad else None,
-        force=gravity * np.cos(block.tilt_rad) * axis,
-        vibration=np.tile(vibration, (n, 1)),
-        spin_rad_s=np.full(n, direction * abs(factor) * _least(np.abs(poses.spin_rad_s[turning]))),
-        time_s=time_s,
-        expected=np.zeros((n, 3)),
-        reference=_planned_reference(poses, block, like, n, size),
-        columns=columns,
-    )
+    run = PlannedRun(
+        block.code, axis, size,
+        direction * abs(factor) * _least(np.abs(poses.spin_rad_s[turning])),
+        _typical(poses.sd, like), 0.0, (), gravity, time_s, np.tile(vibration, (n, 1)), columns,
+        block.tilt_rad)
+    return replace(ideal_poses(poses.triad, [run], fit.equations.start),
+                   reference=_planned_reference(poses, block, like, n, size))
 
 
 def _least(values: FloatArray) -> float:

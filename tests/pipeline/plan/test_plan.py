@@ -8,11 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.diagnosis.next_measurement.ideal_poses import (
+    PlannedRun,
+    expected_widening,
+    ideal_poses,
+    one_second_sd,
+)
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
 from calib.planning.prospect import WEDGE, best_pose, prospect_of
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
