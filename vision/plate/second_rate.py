@@ -1,11 +1,13 @@
 """A second rotation, beside a plate or about its spindle: a label that slips.
 
-The part that turns with the plate, and the background, are removed from every order k of the rings,
+Light, shade and the view stand; what they do to the turning pattern T is a product of both,
 
-    F_k(r, t) = S_k(r) + T_k(r) exp(-ikθ_t) + residual,
+    F_k(r, t) = Σ_m S_{k-m}(r) T_m(r) exp(-imθ_t) + residual,
 
-and the residual is searched for a rate like the frames themselves (``vision.plate.rotation``).
-Errors of the view leave single orders, each at a different rate.
+that is, in an order k of the rings waves of every whole multiple of the plate's rate: a sheen on
+the grooves alone leaves order 3 at twice the plate's angle, as if something turned at two thirds of
+its rate. All of them are removed, and the residual is searched for a rate like the frames
+themselves (``vision.plate.rotation``). What turns at another rate has waves at its multiples.
 """
 
 
@@ -26,13 +28,10 @@ of order four are distinct."""
 
 
 def left_by(spectra: Orders, angle_rad: FloatArray) -> Orders:
-    """Ring spectra, (orders, r, f), without the background and the part at the angles, (f,)."""
-    rest = np.empty_like(spectra)
-    for k, of_order in enumerate(spectra, start=1):
-        turns = np.exp(-1j * k * angle_rad)
-        base = np.linalg.qr(np.stack([np.ones_like(turns), turns], axis=1))[0]
-        rest[k - 1] = of_order - (of_order @ base.conj()) @ base.T
-    return rest
+    """Ring spectra, (orders, r, f), without all that repeats with the angles, (f,)."""
+    waves = np.exp(-1j * np.outer(angle_rad, np.arange(len(spectra) + 1)))
+    base = np.linalg.qr(waves)[0].astype(spectra.dtype)
+    return np.asarray(spectra - (spectra @ base.conj()) @ base.T)
 
 
 def turns_itself(
