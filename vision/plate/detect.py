@@ -93,7 +93,8 @@ def _same(one: Ellipse, other: Ellipse) -> bool:
 def _edges(background: Luma) -> list[Ellipse]:
     """Ellipses around connected areas brighter or darker than one of several levels."""
     smooth = cv2.GaussianBlur(background, (5, 5), 0)
-    low, high = (quantile(smooth, share) for share in (0.02, 0.98))
+    # The darkest and the brightest part of the picture may be a plate of the smallest area.
+    low, high = (quantile(smooth, share) for share in (SMALLEST_AREA / 2, 1 - SMALLEST_AREA / 2))
     size = 2 * round(OPENING * min(background.shape) / 2) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     fits = []

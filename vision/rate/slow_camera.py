@@ -89,7 +89,7 @@ class FrameTimes:
 
     @cached_property
     def scatter_rad(self) -> float:
-        """Robust sd of the angles about an even rotation with a wave once and twice per turn, rad.
+        """Robust sd of the angles about a rotation that drifts evenly within every two turns, rad.
 
         Infinite if too few frames can be used.
         """

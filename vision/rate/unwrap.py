@@ -15,6 +15,8 @@ SHOWN = 3
 #: Share of the mean rate that is not the usual one. Between two equal marks that are taken for one
 #: (0.5, derived) and noise (0.2, seen in films).
 LEAPS = 0.35
+SECTION_TURNS = 2.0  # turns: errors that repeat with every turn are separated from a drift
+FEWEST_IN_SECTION = 14  # frames; two per parameter
 
 
 # Limit for usable frames.
@@ -165,12 +167,19 @@ def waves_per_turn(angle_rad: FloatArray, orders: tuple[int, ...] = (1, 2)) -> F
 
 
 def scatter_about_even(angle: PlateAngle) -> float:
-    """Robust sd of angles about an even rotation with a wave once and twice per turn, rad."""
+    """Robust sd of angles about a rotation that drifts evenly within every two turns, rad.
+
+    Beside a wave once and twice per turn. A motor that starts or stops is no scatter.
+    """
     turned = angle.angle_rad
-    time = angle.time_s - angle.time_s.mean()
-    x = np.column_stack([np.ones_like(turned), time, waves_per_turn(turned)])
-    rest = turned - x @ np.linalg.lstsq(x, turned)[0]
-    return float(SD_PER_MAD * median(np.abs(rest)))
+    turns = float(np.ptp(turned)) / (2 * np.pi)
+    sections = max(1, min(int(turns / SECTION_TURNS), len(turned) // FEWEST_IN_SECTION))
+    rest = []
+    for part in np.array_split(np.arange(len(turned)), sections):
+        time, y = angle.time_s[part] - angle.time_s[part].mean(), turned[part]
+        x = np.column_stack([np.ones_like(y), time, time**2, waves_per_turn(y)])
+        rest.append(y - x @ np.linalg.lstsq(x, y)[0])
+    return float(SD_PER_MAD * median(np.abs(np.concatenate(rest))))
 
 
 def rate_history(angle: PlateAngle, stray: BoolArray | None = None) -> RateHistory:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.vision.motor_tracks import motor_track
 from tests.vision.phase_tracks import phase_track, steady
 from vision.errors import EqualReturns, OnlyShifts, RateRefused
 from vision.image_return import ImageReturn
@@ -43,3 +44,13 @@ def test_the_rate_of_a_return_is_offered_where_a_record_player_turns_as_fast(
     said = str(refused.value)
     assert ("one turn in that time, not several," in said) == ("rate_rad_s" in said) == offered
     assert ("no record player turns once in so short a time" in said) != offered
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_start_or_a_stop_is_no_scatter_of_the_angles(seed: int) -> None:
+    assert is_good(motor_track(np.random.default_rng(seed)).track)
+
+
+def test_a_wrong_view_is_a_scatter_of_the_angles() -> None:
+    for order in (3, 5):
+        assert not is_good(phase_track(TIME, ANGLE + 0.04 * np.sin(order * ANGLE)))
