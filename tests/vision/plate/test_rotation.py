@@ -76,6 +76,15 @@ def test_a_plate_turns_though_a_lamp_flickers_as_strongly(rate_rad_s: float) -> 
     assert rotation.angle_rad[-1] / TIME[-1] == pytest.approx(rate_rad_s, abs=0.1)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_two_equal_marks_turn_slowly_and_not_by_half_a_turn_more_per_frame(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    half = pattern(rng)
+    plate = half + np.roll(half, AZIMUTHS // 2, axis=1)
+    strips = turned(plate, 3.5 * TIME) + 0.3 * rng.standard_normal((FRAMES, RINGS, AZIMUTHS))
+    assert spin(strips).angle_rad[-1] / TIME[-1] == pytest.approx(3.5, abs=0.1)
+
+
 def test_frames_that_are_all_alike_do_not_turn() -> None:
     """What is left after their mean is taken off is rounding."""
     strips = np.repeat(30 * pattern(np.random.default_rng(2))[None], FRAMES, axis=0)

@@ -69,17 +69,6 @@ def test_a_clip_of_whole_frames_is_left_alone(fields: Path) -> None:
     assert interlacing([Frame(i / 60, image, NO_CHROMA) for i, image in enumerate(held)]) is None
 
 
-def test_a_small_plate_that_an_encoder_nearly_holds_is_not_split() -> None:
-    """A few pixels change now and then: rows that differ by chance, one way and the other."""
-    for seed in range(12):
-        rng = np.random.default_rng(seed)
-        steps = rng.integers(-12, 13, (16, 5, 3)) * (rng.random((16, 1, 1)) < 0.5)
-        held = np.full((16, 120, 160), 90)
-        held[:, 50:55, 60:72:4] += steps.cumsum(axis=0)
-        frames = [Frame(i / 30, each.astype(np.uint8), NO_CHROMA) for i, each in enumerate(held)]
-        assert interlacing(frames) is None
-
-
 @pytest.mark.parametrize("first", [0, 1])
 def test_fine_print_that_moves_slowly_is_seen_in_fields_by_where_its_teeth_go(first: int) -> None:
     """Rows that differ as much as the teeth, and half a pixel from field to field."""
