@@ -57,6 +57,10 @@ class OnlyShifts(NoPlate):
     """The picture moves without turning: the camera moves, or something passes in front of it."""
 
 
+class TooShortToReturn(NoPlate):
+    """Nothing repeats in a clip in which a slow plate does not turn twice."""
+
+
 class EqualReturns(NoPlate):
     """The picture returns after a part of a turn: blades, spokes, equal marks."""
 

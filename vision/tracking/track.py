@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING
 
 import cv2
 
-from vision.errors import NoPlate, NoSuchPart, NothingMoves, OnlyLight, RateRefused
+from vision.errors import (
+    NoPlate,
+    NoSuchPart,
+    NothingMoves,
+    OnlyLight,
+    RateRefused,
+    TooShortToReturn,
+)
 from vision.geometry import PlateOverride
 from vision.tracking.best_track import best_track, has_turns, is_explained, is_good
 from vision.tracking.search import ClipTask, learned_plate
@@ -72,7 +79,8 @@ def track_phase(
     tracks, returned = [by_luma], None
     if plate is None and not isinstance(by_luma, NothingMoves):
         returned = attempts.by_return(by_luma)
-    nothing = isinstance(returned, NoPlate) and not is_explained(by_luma)
+    nothing = (isinstance(returned, NoPlate) and not isinstance(returned, TooShortToReturn)
+               and not is_explained(by_luma))
     if not has_turns(by_luma) and not nothing and not is_good(returned):
         tracks.append(attempts.tracked(colours=True))
     if isinstance(by_luma, NothingMoves):

@@ -18,10 +18,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.errors import NoPlate, OnlyShifts, RateRefused
+from vision.errors import NoPlate, OnlyShifts, RateRefused, TooShortToReturn
 from vision.geometry import FloatArray
+from vision.image_return import LATEST
 from vision.numbers import SD_PER_MAD, median, quantile
 from vision.plate.background import spread_choice
+from vision.tracking.stretch import LEARN_FOR_S
 from vision.video.reader import Luma
 from vision.video.reduction import reduced
 
@@ -125,8 +127,10 @@ def what_changes(
                           f"{speed:.0f} px per second, and nothing in the frame turns about a "
                           f"fixed axis")
     y, x = (factor * pixel * float(np.mean(at)) for at in np.nonzero(much))
-    return NoPlate(f"what changes, {much.mean():.0%} of the picture around ({x:.0f}, {y:.0f}) px, "
-                   f"repeats nothing within its {lasts_s:.1f} s")
+    # In a short clip a slow plate does not return twice, and may be there nevertheless.
+    kind = NoPlate if LATEST * lasts_s > LEARN_FOR_S else TooShortToReturn
+    return kind(f"what changes, {much.mean():.0%} of the picture around ({x:.0f}, {y:.0f}) px, "
+                f"repeats nothing within its {lasts_s:.1f} s")
 
 
 def _motion(small: NDArray[np.uint8], noise: FloatArray, lag: int) -> _Motion:

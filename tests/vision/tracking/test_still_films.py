@@ -1,4 +1,6 @@
-"""Films in which nothing moves, in brightness or in colour."""
+"""Films in which nothing moves, or no plate, in brightness or in colour."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,3 +29,14 @@ def test_what_turns_only_in_colour_is_measured(render: Render) -> None:
     track = track_phase(path)
     assert track.plate.channel != "luma"
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 300
+
+
+def test_a_hand_over_a_slow_plate_of_colours_does_not_refuse_a_short_clip(render: Render) -> None:
+    """In brightness the hand alone moves; in 7.5 s nothing can return twice after 3.6 s each."""
+    motion = PlateMotion(16.7 * 2 * np.pi / 60)
+    scene = replace(colour_scene(np.random.default_rng(1000)), hand_until_s=3.0)
+    path, _ = render(motion, scene, seconds=7.5)
+    track = track_phase(path)
+    assert track.plate.channel != "luma"
+    rate = measure_rate(track, timebase=CLOCK)
+    assert abs(error_ppm(rate, motion)) < 3e6 * rate.sd_rad_s / rate.rate_rad_s < 3000
