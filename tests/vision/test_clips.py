@@ -162,6 +162,21 @@ def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Rende
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=33), motion)) < 30
 
 
+def test_a_small_print_tells_equal_sectors_apart_whose_view_is_refined(render: Render) -> None:
+    """A mat from the side: until the view is right, a neighbouring sector fits as well as its own.
+
+    The plate cannot change from one to the other between two frames.
+    """
+    sectors = tuple(Mark(0.6, a, 0.55, 0.5, 110.0) for a in np.arange(4) * np.pi / 2)
+    scene = small_scene(marks=(*sectors, Mark(0.82, 0.3, 0.05, 0.05)), label=False,
+                        sensor_box=False, radius_px=110.0, tilt_rad=0.9, camera_distance=4.0)
+    motion = PlateMotion(16.75 * RPM)
+    path, _ = render(motion, scene, seconds=8)
+    track = track_phase(path)
+    assert track.plate.symmetry == 1
+    assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
+
+
 def test_strobe_dots_alone_give_the_set_of_rates_and_the_nominal_one_chooses(
     render: Render,
 ) -> None:

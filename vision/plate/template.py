@@ -11,6 +11,7 @@ together with the angles θ_i and the view.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,6 +28,12 @@ INFORMATION = 0.97  # share of the information on the angle that the measured ri
 OVERSAMPLED = 4  # correlations per sample of azimuth
 NEAR = 1 / 12  # of a turn, around the expected angle
 
+RESEMBLES = 0.5
+"""Correlation of T with itself, turned by a ninth of a turn or more, from which its peaks are told
+apart by the way of the plate. Derived: half."""
+SLIPS = 0.25
+"""Largest change of the rough angle's error over the advance of the plate. Derived: half of that
+from which something else replaced the plate (``vision.plate.inertia``)."""
 
 # Limits of |mean exp(ikθ)|² above which an order belongs to the background alone.
 STANDING = 0.9  #: above it, order k does not show whether it turns or is stationary
@@ -195,7 +202,8 @@ def correlated_angle(
     """Angle of each frame against T, with the whole turns of the expected one, rad, (f,).
 
     The highest peak, or with ``near`` the one near the expected angle; for a plate of equal parts,
-    the one within half a part.
+    the one within half a part. Of a T that resembles itself turned by a part of a turn the peak on
+    the way that the plate can take from frame to frame.
     """
     cross = (spectra * (np.conj(turning) * grid.weight()[:, None])).sum(axis=1)
     n = OVERSAMPLED * grid.azimuths
@@ -207,11 +215,43 @@ def correlated_angle(
         reach = int(n * min(NEAR, 0.5 / parts))
         around = (middle[:, None] + np.arange(-reach, reach + 1)) % n
         peak = around[rows, correlation[rows[:, None], around].argmax(axis=1)]
+    elif _resembles_itself(turning, grid):
+        peak = _on_the_way(correlation, np.round(expected_rad * n / (2 * np.pi)).astype(np.intp))
     before, at, after = (correlation[rows, (peak + s) % n] for s in (-1, 0, 1))
     with np.errstate(invalid="ignore", divide="ignore"):
         offset = np.nan_to_num(0.5 * (before - after) / (before - 2 * at + after))
     angle = (peak + np.clip(offset, -0.5, 0.5)) * 2 * np.pi / n
     return np.asarray(expected_rad + np.angle(np.exp(1j * (angle - expected_rad))))
+
+
+def _resembles_itself(turning: Spectra, grid: Grid) -> bool:
+    """Whether T has half of its correlation when turned by an eighth to a half of a turn."""
+    power = (np.abs(turning) ** 2 * grid.weight()[:, None]).sum(axis=0)
+    alike = np.fft.irfft(power, grid.azimuths)
+    return bool(alike[grid.azimuths // 9 : grid.azimuths // 2 + 1].max() > RESEMBLES * alike[0])
+
+
+def _on_the_way(
+    correlation: NDArray[np.float32], rough: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """The samples (f,) of the highest sum of correlations (f, n), no two frames far from the rough.
+
+    A dynamic programme over the difference from the rough samples (f,), which changes from frame to
+    frame by a share of the advance (Viterbi, IEEE Trans. Inf. Theory 13, 1967).
+    """
+    f, n = correlation.shape
+    slip = np.maximum(1, np.ceil(SLIPS * np.abs(np.diff(rough)))).astype(int).clip(max=n // 2 - 1)
+    best = np.stack([np.roll(row, -at) for row, at in zip(correlation, rough, strict=True)])
+    for i in range(1, f):
+        around = np.pad(best[i - 1], slip[i - 1], mode="wrap")[None]
+        best[i] += cv2.dilate(around, np.ones((1, 2 * slip[i - 1] + 1), np.uint8))[
+            0, slip[i - 1] : slip[i - 1] + n]
+    way = np.empty(f, np.intp)
+    way[-1] = best[-1].argmax()
+    for i in range(f - 1, 0, -1):
+        near = (way[i] + np.arange(-slip[i - 1], slip[i - 1] + 1)) % n
+        way[i - 1] = near[best[i - 1, near].argmax()]
+    return np.asarray((way + rough) % n)
 
 
 def informative_rings(template: Template) -> FloatArray:
