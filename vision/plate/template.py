@@ -225,19 +225,17 @@ def correlated_angle(
 
 
 def _resembles_itself(turning: Spectra, grid: Grid) -> bool:
-    """Whether T has half of its correlation when turned by an eighth to a half of a turn."""
+    """Whether T looks much the same when turned by a ninth of a turn or more."""
     power = (np.abs(turning) ** 2 * grid.weight()[:, None]).sum(axis=0)
     alike = np.fft.irfft(power, grid.azimuths)
     return bool(alike[grid.azimuths // 9 : grid.azimuths // 2 + 1].max() > RESEMBLES * alike[0])
 
 
-def _on_the_way(
-    correlation: NDArray[np.float32], rough: NDArray[np.intp]
-) -> NDArray[np.intp]:
-    """The samples (f,) of the highest sum of correlations (f, n), no two frames far from the rough.
+def _on_the_way(correlation: FloatArray, rough: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The samples (f,) with the largest sum of correlations (f, n) that advance like rough ones.
 
     A dynamic programme over the difference from the rough samples (f,), which changes from frame to
-    frame by a share of the advance (Viterbi, IEEE Trans. Inf. Theory 13, 1967).
+    frame by a share of the advance at most (Viterbi, IEEE Trans. Inf. Theory 13, 1967).
     """
     f, n = correlation.shape
     slip = np.maximum(1, np.ceil(SLIPS * np.abs(np.diff(rough)))).astype(int).clip(max=n // 2 - 1)

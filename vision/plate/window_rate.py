@@ -15,8 +15,8 @@ that are l steps apart is a covariance C_k(l), and one Fourier transform over l 
 
     P(ω) - P(-ω) = 2 Re Σ_k Σ_l i Im C_k(l) exp(ikωl)
 
-for every trial rate. Two equal marks have even orders alone, and turn as well by half a turn more per
-frame; of rates that noise alone separates the smallest is taken.
+for every trial rate. Two equal marks have even orders alone, and turn as well by half a turn more
+per frame; of rates that noise alone separates the smallest is taken.
 """
 
 
@@ -37,8 +37,8 @@ SLOTS = 16  #: the length of the grid is a multiple of it, for the transform
 # Limit for rotation in a window. Tuned on tests.bench.vision_scenes.
 LEAST_SHOWN = 0.5  #: least share of the energy that shows a direction, however slow the plate
 AS_HIGH = 0.98
-"""Power of a peak over the largest, from which noise alone separates them. A judgement: a single mark
-has half of its power in odd orders, two equal ones have next to nothing."""
+"""Power of a peak over the largest, from which noise alone separates them. A judgement: a single
+mark has half of its power in odd orders, two equal ones have next to nothing."""
 
 
 class WindowRate:

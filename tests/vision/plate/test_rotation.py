@@ -143,7 +143,7 @@ def test_one_plate_has_no_second_rate(seed: int) -> None:
 
 
 def test_a_sheen_on_an_uneven_record_is_no_second_thing() -> None:
-    """It stands and shimmers twice per turn: order 3 has waves of two thirds of the plate's rate."""
+    """It shimmers twice per turn: order 3 has waves of two thirds of the plate's rate."""
     rng = np.random.default_rng(5)
     around = np.linspace(0, 2 * np.pi, 128, endpoint=False)
     shimmer = turned(np.tile(np.cos(2 * around), (RINGS, 1)), PLATE)
