@@ -70,7 +70,9 @@ class LearningFrames:
         angle = np.interp(self.time_s, self.time_s[self.chosen], coarse.angle_rad)
         spectra = self._series.low_orders(view, AROUND_RADII)
         weight = AROUND_RADII.astype(np.float32)
-        return self._search.about(left_by(spectra, angle), weight), angle
+        rest, share = left_by(spectra, angle)
+        seen = self._search.about(rest, weight)
+        return replace(seen, coherence=share * seen.coherence), angle
 
     def parts(self, view: PlateView) -> EqualParts | None:
         """Equal parts that pass around an axis; None without any."""

@@ -7,7 +7,8 @@ Light, shade and the view stand; what they do to the turning pattern T is a prod
 that is, in an order k of the rings waves of every whole multiple of the plate's rate: a sheen on
 the grooves alone leaves order 3 at twice the plate's angle, as if something turned at two thirds of
 its rate. All of them are removed, and the residual is searched for a rate like the frames
-themselves (``vision.plate.rotation``). What turns at another rate has waves at its multiples.
+themselves (``vision.plate.rotation``). What turns together is counted as a share of all that T and
+the background leave, products of both included.
 """
 
 
@@ -27,11 +28,22 @@ APART_TURNS = 0.25
 of order four are distinct."""
 
 
-def left_by(spectra: Orders, angle_rad: FloatArray) -> Orders:
-    """Ring spectra, (orders, r, f), without all that repeats with the angles, (f,)."""
+def left_by(spectra: Orders, angle_rad: FloatArray) -> tuple[Orders, float]:
+    """Ring spectra, (orders, r, f), without all that repeats with the angles, (f,).
+
+    And their share of the variation that the background and the plate alone leave.
+    """
     waves = np.exp(-1j * np.outer(angle_rad, np.arange(len(spectra) + 1)))
+    rest = spectra - _projected(spectra, waves)
+    beside = sum(float((np.abs(of_order - _projected(of_order, waves[:, [0, k]])) ** 2).sum())
+                 for k, of_order in enumerate(spectra, start=1))
+    return np.asarray(rest), float((np.abs(rest) ** 2).sum()) / max(beside, 1e-9)
+
+
+def _projected(spectra: Orders, waves: Orders) -> Orders:
+    """The part of ring spectra, (..., f), in the span of waves, (f, k)."""
     base = np.linalg.qr(waves)[0].astype(spectra.dtype)
-    return np.asarray(spectra - (spectra @ base.conj()) @ base.T)
+    return np.asarray((spectra @ base.conj()) @ base.T)
 
 
 def turns_itself(

@@ -25,6 +25,7 @@ def best_track(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTra
     if no_turn is not None:
         turning = [track for track in turning if is_explained(track)
                    and not frame_times(track, track.time_s).leaps]
+    turning = [track for track in turning if is_even(track)] or turning
     if turning:
         # If the times scatter and not the angles, all tracks scatter equally.
         allowed = CLEARLY * min(map(_scatter_rad, turning))
@@ -72,6 +73,11 @@ def has_turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
     return result.apparent_turns * result.plate.symmetry >= LEAST_TURNS
 
 
+def is_even(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
+    """Whether a tracked plate turns far enough for a rate, and its angle does not leap."""
+    return has_turns(result) and not frame_times(result, result.time_s).leaps
+
+
 def is_explained(result: "PhaseTrack | RateRefused") -> bool:
     """Whether rotation explains most of what varies in a tracked plate, at whatever rate."""
     return not isinstance(result, RateRefused) and result.plate.explained > MOSTLY
@@ -79,10 +85,7 @@ def is_explained(result: "PhaseTrack | RateRefused") -> bool:
 
 def is_good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
     """Whether a plate was tracked well enough to try no other method."""
-    if result is None or not has_turns(result):
-        return False
-    times = frame_times(result, result.time_s)
-    return not times.leaps and times.scatter_rad < SCATTERED_RAD
+    return result is not None and is_even(result) and _scatter_rad(result) < SCATTERED_RAD
 
 
 def _scatter_rad(track: "PhaseTrack") -> float:

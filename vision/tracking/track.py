@@ -24,7 +24,7 @@ from vision.errors import (
     TooShortToReturn,
 )
 from vision.geometry import PlateOverride
-from vision.tracking.best_track import best_track, has_turns, is_explained, is_good
+from vision.tracking.best_track import best_track, has_turns, is_even, is_explained, is_good
 from vision.tracking.search import ClipTask, learned_plate
 from vision.tracking.small_clip import SmallClip
 from vision.tracking.stretch import Stretch
@@ -81,7 +81,7 @@ def track_phase(
         returned = attempts.by_return(by_luma)
     nothing = (isinstance(returned, NoPlate) and not isinstance(returned, TooShortToReturn)
                and not is_explained(by_luma))
-    if not has_turns(by_luma) and not nothing and not is_good(returned):
+    if not is_even(by_luma) and not nothing and not is_good(returned):
         tracks.append(attempts.tracked(colours=True))
     if isinstance(by_luma, NothingMoves):
         # The colours show no rotation either, or only that of the light's bands.

@@ -1,5 +1,7 @@
 """What turns is separated from what comes and goes in place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -108,8 +110,9 @@ def test_a_rim_given_beside_the_plate_is_refused_as_one_that_does_not_turn(rende
 def beside_a_plate(strips: FloatArray, plate_rad: FloatArray) -> tuple[bool, float]:
     """Whether a second thing turns, and its rate, rad/s."""
     spectra = np.fft.rfft(strips, axis=2)[:, :, 1 : ORDERS + 1].transpose(2, 1, 0)
-    rest = left_by((spectra / strips.shape[2]).astype(np.complex64), plate_rad)
+    rest, share = left_by((spectra / strips.shape[2]).astype(np.complex64), plate_rad)
     rotation = RotationSearch(TIME).about(rest, WEIGHT)
+    rotation = replace(rotation, coherence=share * rotation.coherence)
     lasts_s = float(np.ptp(TIME))
     return (turns_itself(rotation, lasts_s, plate_rad),
             float(rotation.angle_rad[-1]) / lasts_s)

@@ -46,6 +46,14 @@ def test_the_rate_of_a_return_is_offered_where_a_record_player_turns_as_fast(
     assert ("no record player turns once in so short a time" in said) != offered
 
 
+def test_a_track_that_leaps_is_not_believed_beside_one_that_turns_on() -> None:
+    """However little it scatters between the leaps."""
+    leaping = phase_track(TIME, 0.05 * ANGLE + 3.0 * np.floor(TIME / 0.9))
+    turning = phase_track(TIME, ANGLE, noise_rad=0.03)
+    assert best_track("clip.mp4", [leaping, turning]) is turning
+    assert best_track("clip.mp4", [leaping]) is leaping
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_a_start_or_a_stop_is_no_scatter_of_the_angles(seed: int) -> None:
     assert is_good(motor_track(np.random.default_rng(seed)).track)
