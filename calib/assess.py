@@ -4,7 +4,7 @@ The one way from a set of poses to a result, for the command, a notebook and a f
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from calib.consistency.mistakes import require_no_mistake, require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
@@ -38,10 +38,10 @@ class AssessedTriad:
     ``prediction`` is its expected error on the next log, None if all poses were at rest.
     """
 
-    calibration: TriadCalibration
-    comparison: Comparison
+    calibration: TriadCalibration = field(repr=False)
+    comparison: Comparison = field(repr=False)
     diagnosis: Diagnosis
-    prediction: Prediction | None
+    prediction: Prediction | None = field(repr=False)
 
 
 @on_one_thread

@@ -199,7 +199,7 @@ def _is_it_good(result: TriadResult) -> str:
                  f"Not entirely: {result.diagnosis.explanation.short}.")
         return (
             f"{first} The RMS residual of the {count(len(comparison.poses), 'pose')} is {rms:.2g} "
-            f"{unit}, and their own noise explains it (sd {two_digits(noise * factor)} {unit}). "
+            f"{unit}, and their own noise has an sd of {two_digits(noise * factor)} {unit}. "
             f"The leave-one-out error, for a pose that takes no part in the fit, is "
             f"{two_digits(loo)} {unit}{loo_by_noise(result)}. "
             f"{_prediction(result)}"

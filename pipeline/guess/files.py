@@ -203,7 +203,8 @@ def why_no_log(table: RawTable) -> str:
             numbers = " and ".join(f"{name} reads {table.columns[name][0]:g}" for name in stuck)
             return (f"{numbers} in every row, which no sensor does that answers: it is dead, or "
                     f"the column is another's. Check its wiring, and what writes the log")
-        unit = FORCE_UNITS.get(read_name(triple[0]).unit, STANDARD_GRAVITY_M_S2)
+        usual = 1.0 if (values < 0).any() else STANDARD_GRAVITY_M_S2  # volts have no sign
+        unit = FORCE_UNITS.get(read_name(triple[0]).unit, usual)
         if typical_length(values) < REMOVED * STANDARD_GRAVITY_M_S2 / unit:
             return ("gravity is removed from its readings (half of them are shorter than "
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "

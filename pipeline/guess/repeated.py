@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.imu_log import TRIADS, FloatArray
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
 from pipeline.guess.magnitudes import sample_noise_sd
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, STILL, usual_step
 from pipeline.guess.sensor_files import names_of_sensors
@@ -24,6 +24,10 @@ UNLIKE = 0.5
 """Share of the motion in one log from which another of the same times does not explain it. A
 judgement: of two sensors on one board a hundredth is left, of two recordings nearly all."""
 
+OPPOSITE = 0.9
+"""Least cosine between the readings of one accelerometer and the opposite of another's. A
+judgement: biases of a tenth of gravity leave 0.99, other axes a third."""
+
 
 def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
     """The tables without repeated sensors of one kind at the same times, and a note on each.
@@ -38,7 +42,8 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
     like = Counter((table.path.parent, *table.table.columns) for table in tables)
     sensors = dict(zip(tables, names_of_sensors([one.table for one in tables]), strict=True))
     # Readings that the phone has not corrected come before corrected ones.
-    for table in sorted(tables, key=lambda table: "uncalibrated" not in table.path.name.lower()):
+    for table in sorted(tables, key=lambda table: (
+            _is_mirrored(table, tables), "uncalibrated" not in table.path.name.lower())):
         are_poses = like[table.path.parent, *table.table.columns] >= FEWEST_MEANS  # of one sensor
         same = None if are_poses else next(
             (other for other in kept if _are_alternatives(
@@ -79,6 +84,40 @@ def _are_alternatives(one: TableGuess, other: TableGuess, two_sensors: bool) -> 
             and not _move_apart(one, other))
 
 
+def _is_mirrored(table: TableGuess, tables: Sequence[TableGuess]) -> bool:
+    """Whether an accelerometer in g reads the opposite of one in m/s² at the same times.
+
+    Apple's interface gives g, and -1 along the axis that points up; what an app writes in m/s² has
+    the sign of the specific force.
+    """
+    if table.accelerometer is None or dict(table.accelerometer.sheet).get("unit") != "g":
+        return False
+    others = [other for other in tables if other.path.parent == table.path.parent
+              and other.accelerometer is not None
+              and dict(other.accelerometer.sheet).get("unit") == "m_s2"
+              and table.clock.overlaps(other.clock)]
+    for other in others:
+        _, values = _at_same_times(table, other, "accelerometer")
+        if values and np.vdot(*values) < -OPPOSITE * np.prod([*map(np.linalg.norm, values)]):
+            return True
+    return False
+
+
+def _at_same_times(
+    one: TableGuess, other: TableGuess, triad: Triad
+) -> tuple[list[ImuLog], list[FloatArray]]:
+    """The logs of two tables, and their readings, SI, (t, 3), at the same times; nothing where a
+    table is no log."""
+    logs = [log for table in (one, other) if (log := table.log()) is not None]
+    if len(logs) < 2:
+        return [], []
+    begin, end = max(log.time_s[0] for log in logs), min(log.time_s[-1] for log in logs)
+    at_s = np.arange(begin, end, REST_S)
+    return logs, [
+        np.column_stack([np.interp(at_s, log.time_s, axis) for axis in log.readings(triad).T])
+        for log in logs]
+
+
 def _move_apart(one: TableGuess, other: TableGuess) -> bool:
     """Whether one moves when the other does not, in recordings that both count from 0.
 
@@ -86,13 +125,7 @@ def _move_apart(one: TableGuess, other: TableGuess) -> bool:
     other in other axes and units.
     """
     name = next(name for name in TRIADS if getattr(one, name) and getattr(other, name))
-    logs = [log for table in (one, other) if (log := table.log()) is not None]
-    if len(logs) < 2:
-        return False
-    begin, end = max(log.time_s[0] for log in logs), min(log.time_s[-1] for log in logs)
-    at_s = np.arange(begin, end, REST_S)
-    values = [np.column_stack([np.interp(at_s, log.time_s, axis) for axis in log.readings(name).T])
-              for log in logs]
+    logs, values = _at_same_times(one, other, name)
     for log, mine, others in zip(logs, values, values[::-1], strict=True):
         known = np.column_stack([others, np.ones(len(others))])
         unlike = mine - known @ np.linalg.lstsq(known, mine, rcond=None)[0]

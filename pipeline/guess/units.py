@@ -194,13 +194,16 @@ def _open_scales(
     rate: PossibleTriad, encoding: str, beside: TriadGuess | None, per_g: float
 ) -> tuple[float, ...]:
     """Possible units per °/s of a gyroscope by its noise and its largest reading; whole numbers are
-    counts of a usual range, or whole °/s, or a small unit if the accelerometer is in mg."""
+    counts of a usual range, or whole °/s, or a small unit if the accelerometer is in mg. So are
+    means beside those of an accelerometer in counts."""
     largest, noise, _ = size_of(rate.values)
     sizes = sorted(RATE_UNITS[unit] for unit in USUAL_RATE_UNITS)
     able = [size for size in sizes if largest * size < FASTEST_RAD_S
             and (noise == 0 or QUIETEST_RAD_S < noise * size < NOISIEST_RAD_S)]
     if not encoding:
-        return tuple(math.radians(1) / size for size in able or sizes)
+        in_counts = beside is not None and "counts_per_g" in dict(beside.sheet)
+        units = tuple(math.radians(1) / size for size in able or sizes)
+        return (*COUNTS_PER_DEG_S, *units) if in_counts else units
     if encoding == OFFSET_BINARY:
         return OFFSET_COUNTS_PER_DEG_S
     bno055 = (BNO055_PER_DEG_S,) if math.isclose(per_g, BNO055_PER_G) else ()

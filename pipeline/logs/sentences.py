@@ -42,6 +42,8 @@ PADDING = re.compile(rf"(?<=[\[({{:=]) | (?=[\])}}])|(?<={MARK}) (?!{MARK})|(?<!
 """Blanks around numbers and inside brackets, which the width of a number changes."""
 LETTERS = re.compile(r"0x[0-9A-Fa-f]+|[^\W\d_]+")  #: a byte is a word too, as a state or a number
 LIST = re.compile(r"(?<![\d.])-?[\d.]++(?:[|]-?[\d.]++){4,}")  #: samples of one channel in one cell
+LABELLED = re.compile(r"[^\W\d_][^\d:=]*[:=]\s*[-+]?\.?\d[^\s:=]*")
+"""A number behind a word, in one cell: ``a/g: -12``."""
 COMMA = re.compile(r"(\d),(\d)")  #: a decimal comma
 NO_COMMA = re.compile(r"\d\.\d|\d,-?\d+,")  #: a decimal point, or commas between numbers
 
@@ -187,8 +189,9 @@ def _grow(stamps: Sequence[str]) -> bool:
 
 
 def _hide_numbers(lines: Sequence[str]) -> bool:
-    """Whether the lines are not a plain table: the names of axes are in each line, numbers that
-    change have words, brackets or units in their cells, or are fewer than a triad in most lines."""
+    """Whether the lines are not a plain table: the names of axes are in each line, numbers have
+    labels or units in their cells, or words or brackets and change, or are fewer than a triad in
+    most lines."""
     if _most_are_rows(lines):
         return False
     plain = [without_colours(line) for line in lines]
@@ -203,7 +206,8 @@ def _hide_numbers(lines: Sequence[str]) -> bool:
     with_numbers = sum(SLOT.search(line) is not None for line in plain)
     if sum(count >= FEWEST_NUMBERS for count in numbers) <= with_numbers / 2:
         return True
-    if sum(any(spelled_unit(cell[slot.end():]) for cell in cells if (slot := SLOT.match(cell)))
+    if sum(any(LABELLED.fullmatch(cell) or ((slot := SLOT.match(cell))
+               and spelled_unit(cell[slot.end():])) for cell in cells)
            for cells in hidden) > len(lines) / 2:
         return True
     tokens = [tuple(number for cell in cells for number in SLOT.findall(cell)) for cells in hidden]

@@ -1,7 +1,7 @@
 """The calibration stage: from averaged poses to a calibrated, compared and diagnosed triad."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -58,7 +58,7 @@ class TriadResult(AssessedTriad):
     contradictions between two stages; ``excluded`` the poses that the configuration leaves out.
     """
 
-    made_from: "TriadInput"
+    made_from: "TriadInput" = field(repr=False)
     unseen: Mapping[str, FloatArray]
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()

@@ -46,6 +46,15 @@ class Case:
                 f"{max(chi2 - best.chi2_drop, 0.0):.3g}")
 
     @property
+    def noise_explains(self) -> str:
+        """What the poses' own noise has to do with the residual, where nothing is missing."""
+        if self.p_value >= MISFIT_P_VALUE:
+            return f"the poses' own noise explains the residual ({self.misfit})"
+        sessions = float(f"{1 / self.p_value:.1e}")
+        return (f"no cause explains the residual better than the poses' own noise, which makes one "
+                f"so large in one session of {sessions:.0f} ({self.misfit})")
+
+    @property
     def rests_on_size(self) -> bool:
         """Whether the verdict depends on the size of the residual, not on its shape."""
         return (self.verdict.code in (Code.NOTHING_MISSING, Code.NOISE)

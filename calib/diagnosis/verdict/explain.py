@@ -67,7 +67,7 @@ def explain(
 
 
 def _nothing(case: Case) -> Explanation:
-    text = f"{NOTHING_MISSING}: the poses' own noise explains the residual ({case.misfit})."
+    text = f"{NOTHING_MISSING}: {case.noise_explains}."
     if case.fit.poses.reference.is_null.all():
         return Explanation("open", AT_REST, f"{text} But {AT_REST}.", "record",
                            "Record the same poses on the turning plate")

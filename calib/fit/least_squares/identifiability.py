@@ -196,7 +196,7 @@ def _advice(equations: Equations) -> str:
         first = f", first {list_directions(faces, len(faces), poses.triad)}" if faces else ""
         if not faces and poses.up is None and poses.triad in TRIADS:
             first = ("; or, if its case stood squarely on every face, state how squarely by "
-                     "`attitude_sd_deg`, and six faces are enough")
+                     "`attitude_sd_deg`, and six faces are enough if that is half a degree")
         return (f"Of the {len(wanted)} faces and edges, poses lie within 25° of "
                 f"{list_directions(near, len(near), poses.triad) or 'none'} alone. "
                 f"Add the others{first}.")

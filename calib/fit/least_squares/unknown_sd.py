@@ -123,6 +123,8 @@ def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:
 def _by_repeats(fitted: Fit) -> tuple[float, float]:
     """Sd within groups of one attitude and one reference, and its degrees of freedom."""
     turning = fitted.equations.magnitude
+    if not turning.any():
+        return 0.0, 0.0
     vector, magnitude = fitted.rows.vector[turning], fitted.poses.reference.magnitude[turning]
     unit = vector / np.maximum(lengths(vector), NO_LENGTH)[:, None]
     alike = (unit @ unit.T >= math.cos(SAME_ATTITUDE)) & (magnitude[:, None] == magnitude)

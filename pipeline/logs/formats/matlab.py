@@ -21,6 +21,9 @@ def tables(path: Path) -> list[FileTable]:
 
 def _columns(name: str, value: object) -> dict[str, np.ndarray]:
     """Columns of an array, or of the arrays in a struct."""
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        # A struct, or a cell, is an array of one object.
+        return _columns(name, value.item()) if value.size == 1 else {}
     if isinstance(value, np.ndarray):
         return columns_of_array(name, value)
     arrays: dict[str, np.ndarray] = {}

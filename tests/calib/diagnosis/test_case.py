@@ -10,7 +10,8 @@ from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
 from calib.diagnosis.next_measurement.advice import pose_in_words
 from calib.diagnosis.search.refit import refit
-from calib.diagnosis.verdict.decision import refit_of
+from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
+from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.ranking import rank
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import Fit, fit
@@ -27,6 +28,16 @@ def hiding(name: str, size: float, seed: int) -> Fit:
     hidden = hidden_of((name,), "accelerometer", size, design, seed)
     assert hidden is not None
     return fit(poses_of(design, seed, "accelerometer", hidden), Model.of(BASE))
+
+
+@pytest.mark.parametrize(("p_value", "says"), [
+    (0.3, "the poses' own noise explains the residual"),
+    (0.002, "which makes one so large in one session of 500 "),
+])
+def test_a_rare_residual_is_not_explained_by_noise(p_value: float, says: str) -> None:
+    base = fit(noisy(rich_poses("gyroscope"), 4), Model.of(BASE))
+    assert says in explain(
+        base, Verdict(Code.NOTHING_MISSING, explains=True), [], p_value, None).text
 
 
 @pytest.mark.parametrize(("size", "quoted"), [(2.5, False), (30.0, True)])

@@ -151,7 +151,7 @@ OBJECTS: dict[str, Writer] = {
     "sensor_logger_android": sensor_logger("android.zip", lambda acc, _, gyr: {
         "TotalAcceleration": acc * 1.001, "AccelerometerUncalibrated": acc, "Gyroscope": gyr,
         "GyroscopeUncalibrated": gyr}),
-    # one recording twice, the raw one in g
+    # one recording twice, the raw one in g and with Apple's sign
     "sensor_logger_ios": sensor_logger("ios.zip", lambda acc, _, gyr: {
-        "AccelerometerUncalibrated": acc / G, "TotalAcceleration": acc, "Gyroscope": gyr}, 1 / G),
+        "AccelerometerUncalibrated": -acc / G, "TotalAcceleration": acc, "Gyroscope": gyr}),
 }

@@ -90,7 +90,8 @@ def unsigned(folder: Path, log: HandLog) -> Foreign:
 
 
 def matlab(folder: Path, log: HandLog) -> Foreign:
-    savemat(folder / "cal.mat", {"data": np.column_stack([log.time_s, log.acc, log.gyr])})
+    """A struct, as `data.acc = ...` makes it."""
+    savemat(folder / "cal.mat", {"data": {"t": log.time_s, "acc": log.acc, "gyro": log.gyr}})
     return Foreign([folder / "cal.mat"])
 
 

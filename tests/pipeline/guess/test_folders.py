@@ -73,7 +73,7 @@ def test_one_sentence_says_what_is_not_used_and_only_of_accelerometers(
 ) -> None:
     notes = [note for note in guessed[1] if "not used" in note]
     assert len(notes) == 1
-    assert notes[0].startswith("Accelerometer.csv (18 files): not used")
+    assert notes[0].startswith("Accelerometer.csv (18 files): not used, because gravity is removed")
 
 
 @pytest.mark.parametrize("name", [*OF_NO_READINGS])

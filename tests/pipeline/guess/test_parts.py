@@ -153,3 +153,18 @@ def test_means_at_two_rates_of_the_plate_are_to_be_parted_and_then_read(
     assert "18 of its rows are at rest and 18 of its rows turn at 33" in capsys.readouterr().err
     assert pipeline("import", "rest.csv", "turning.csv", "--output", "c.yaml") == 0
     assert "gyroscope       36 poses in 2 runs" in capsys.readouterr().out
+
+
+def test_means_of_counts_are_counts_though_they_are_no_whole_numbers(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evening = Evening(seconds=2.0)
+    for name, rpm in (("rest", 0.0), ("33rpm", evening.rpm)):
+        means = [np.loadtxt(path, delimiter=",", skiprows=1, usecols=(1, 2, 3, 5, 6, 7)).mean(
+            axis=0) for path in evening.write(here, name, rpm, 1)]
+        np.savetxt(here / f"{name}.csv", means, "%.2f", ",", header="ax,ay,az,gx,gy,gz",
+                   comments="")
+    assert pipeline("import", "rest.csv", "33rpm.csv", "--output", "c.yaml") == 0
+    printed = capsys.readouterr().out
+    assert "counts, 65.536 per °/s" in printed
+    assert "gyroscope       36 poses in 2 runs" in printed

@@ -25,6 +25,14 @@ def test_twice_the_length_takes_about_twice_the_time(line: str) -> None:
     assert took[1] < 3.3 * took[0] + 0.05
 
 
+def test_a_tag_in_the_cell_of_a_quiet_axis_takes_no_number_with_it() -> None:
+    """i2cdevlib's `a/g: ` before tabs, or commas; the first axis has three values."""
+    for sign in "\t,":
+        rows = rows_of_lines(["", *(
+            sign.join([f"a/g: {100 + i % 3}", *map(str, range(i, i + 5))]) for i in range(400))])
+        assert rows[1] == "100,0,1,2,3,4"
+
+
 def test_rows_of_the_kinds_of_sensors_are_read_under_the_names_of_their_message() -> None:
     lines = ["FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
              "FMT, 163, 58, IMU, QBfff, TimeUS,I,GyrX,GyrY,GyrZ", "PARM, 1, RATE, 400",

@@ -9,6 +9,7 @@ from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
 from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.least_squares.solver import Fit, fit
+from calib.fit.least_squares.unknown_sd import with_estimated_sds
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
@@ -150,6 +151,13 @@ def test_poses_at_rest_pin_the_bias() -> None:
     at_rest = 3e-4 / np.sqrt(18)
     assert (sd[1] < 1.1 * at_rest).all()
     assert (sd[0] > 1.3 * sd[1]).all()
+
+
+def test_the_noise_of_means_at_rest_alone_is_that_of_their_residuals() -> None:
+    poses = noisy(made_poses("gyroscope", (0.0,)), 6)
+    unknown = replace(poses, sd=np.full_like(poses.sd, np.nan))
+    estimated = with_estimated_sds(unknown, Model.of(("bias",)))
+    assert estimated.sd[0, 0] == pytest.approx(poses.sd[0, 0], rel=0.4)
 
 
 def test_poses_at_rest_read_what_the_earth_turns() -> None:
