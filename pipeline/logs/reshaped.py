@@ -58,8 +58,7 @@ def tables_beside(lines: Sequence[str]) -> Mapping[str, list[str]]:
         if sign is None or len(names) <= 2 * FEWEST_NUMBERS or any(map(is_number, names)):
             continue
         of_a_run = [RUN.sub("", name).strip() for name in names]
-        shown = [split_cells(line, sign) for line in lines[at : at + SHOWN]]
-        tables = _repeated(of_a_run) or _of_each_clock(names, shown)
+        tables = _repeated(of_a_run) or _of_each_clock(names, lines[at + 1 : at + SHOWN], sign)
         if not tables:
             continue
         rows = [split_cells(line, sign) for line in lines[at:]]
@@ -78,11 +77,16 @@ def tables_beside(lines: Sequence[str]) -> Mapping[str, list[str]]:
     return {}
 
 
-def _of_each_clock(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[list[int]]:
+def _of_each_clock(names: Sequence[str], lines: Sequence[str], sign: str) -> list[list[int]]:
     """The columns of each clock, its times first; empty if all of them go at one rate."""
+    if read_name(names[0]).quantity != "time":
+        return []  # of nearly all lines
     times = [i for i, name in enumerate(names) if read_name(name).quantity == "time"]
-    comma = any("," in cell for row in rows[1 : 1 + MOST_NAMES] for cell in row)
-    whole = [[cell.replace(",", ".") if comma else cell for cell in row] for row in rows[1:SHOWN]
+    if len(times) == 1:
+        return []
+    rows = [split_cells(line, sign) for line in lines]
+    comma = any("," in cell for row in rows[:MOST_NAMES] for cell in row)
+    whole = [[cell.replace(",", ".") if comma else cell for cell in row] for row in rows
              if len(row) == len(names)]
     clocks: dict[float, list[int]] = {}
     for begin, end in pairwise([*times, len(names)]):
@@ -95,7 +99,7 @@ def _of_each_clock(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
             for unit, per in product(SECONDS_PER.values(), repeat=2))), length)
         clocks.setdefault(alike, [begin]).extend(range(begin + 1, end))
     tables = [*clocks.values()]
-    able = times[:1] == [0] and len(tables) > 1 and all(any(
+    able = len(tables) > 1 and all(any(
         _seconds(whole[-1][i]) is not None for i in columns if i not in times)
         for columns in tables)  # without a number it is a second clock, and no second sensor
     return tables if able and max(map(len, tables)) > FEWEST_NUMBERS else []
