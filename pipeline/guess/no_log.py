@@ -131,7 +131,8 @@ def _are_bytes(one: Sequence[str], other: Sequence[str]) -> bool:
     """Whether two columns are the bytes of one number, in either order."""
     values = [pair for pair in zip(one, other, strict=True) if all(map(str.isdigit, pair))]
     steps = np.diff(np.array([*values, (0, 0)], float), axis=0)[:-1].T
+    able = max((int(value) for pair in values for value in pair), default=0) < 256
     carries = [(np.abs(low) > 128, (high + np.sign(low)) % 256 == 0)
-               for high, low in (steps, steps[::-1]) if np.abs(steps).max(initial=0) < 256]
+               for high, low in (steps, steps[::-1]) if able]
     return any((over & counted).sum() > max(FEWEST_CARRIES - 1, over.sum() / 2)
                for over, counted in carries)

@@ -15,7 +15,8 @@ from pipeline.guess.triads import chosen_triads
 
 #: Names of the files in which phone apps write computed quantities and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
-               "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
+               "barometer", "battery", "location", "linear acceleration", "linearacceleration",
+               "pedometer"}
 SENSOR_FILES = {"acc": ("acc",), "gyr": ("gyr", "angularvelocity", "rotationrate")}
 """Parts of the names of files, without blanks and signs, in which apps write the two sensors."""
 ALONE = 4  #: fact: columns of a table of one triad with its times

@@ -81,10 +81,10 @@ FIELD_LETTERS = {"b", "h", "m"}  #: names of a magnetic field beside an axis: ``
 LINEAR = ("linea", "linéa", "liniow", "линейн")
 """Beginnings of the word for an acceleration of which gravity was removed, in several languages."""
 WITH_GRAVITY = {"including", "incl", "with"}  #: before "gravity": a browser's, phyphox's
-TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "z", "beta": "x", "gamma": "y",
+TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "x", "beta": "y", "gamma": "z",
          "p": "x", "q": "y", "r": "z"}
-"""Axes of a rate in aerospace and in a browser (W3C, Device Orientation and Motion: alpha is about
-z), if the name or its unit shows that it is a rate."""
+"""Axes of a rate in aerospace and in a browser, if the name or its unit shows that it is a rate:
+browsers give alpha about x, and the specification follows them (W3C, Device Orientation, #43)."""
 RATES = {"rate", "rotationrate", "rotation", "speed", "velocity", "vel", "gyro"}
 SD = {"sd", "std", "stddev", "sigma", "σ", "sem", "err", "error", "uncertainty", "fehler",
       "unsicherheit", "stdabw", "erreur", "incertitude", "errore", "incertezza", "chyba",

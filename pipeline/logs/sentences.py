@@ -37,6 +37,7 @@ MOST_LINES = 100  #: largest number of lines of a sample
 LEAST_SHARE = 0.9
 """Least share of the lines with one form, or in one order; least correlation of one value of a
 sample with that of the next, which is 1 less the noise over gravity. A judgement."""
+LINES_OF_SENSORS = 4  #: fact: of a sample: two triads, a magnetic field and a temperature
 MOST_VALUES = 17  #: largest number of values of a sample with a line for each: four triads and more
 PADDING = re.compile(rf"(?<=[\[({{:=]) | (?=[\])}}])|(?<={MARK}) (?!{MARK})|(?<!{MARK}) (?={MARK})")
 """Blanks around numbers and inside brackets, which the width of a number changes."""
@@ -198,7 +199,9 @@ def _hide_numbers(lines: Sequence[str]) -> bool:
     if any(map(LIST.search, plain)):
         return False
     dialects = [dialect_of(line) for line in plain]
-    if len(axes_among(dialects[-1].cells(plain[-1]))) >= FEWEST_NUMBERS:
+    # A line for each sensor: the last one may be that of a temperature.
+    if any(len(axes_among(dialect.cells(line))) >= FEWEST_NUMBERS and SLOT.search(line)
+           for line, dialect in [*zip(plain, dialects, strict=True)][-LINES_OF_SENSORS:]):
         return True
     hidden = [[*_hidden(line, dialect)] for line, dialect in zip(plain, dialects, strict=True)]
     numbers = [sum(map(dialect.holds_number, dialect.cells(line)))

@@ -90,11 +90,11 @@ OBJECTS: dict[str, Writer] = {
         {"timestamp": datetime.fromtimestamp(EPOCH_S + t, UTC).isoformat(),
          "accelerometer": axes(a), "gyroscope": axes(w)}
         for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]),
-    # events of a web page: the acceleration without gravity first; alpha is about z (W3C)
+    # events of a web page: the acceleration without gravity first; alpha is about x
     "browser": json_of("motion.json", lambda log: [
         {"timeStamp": round(t * 1000 + 5123.4, 1), "acceleration": {"x": 0.0, "y": 0.01, "z": 0.0},
          "accelerationIncludingGravity": dict(zip("xyz", map(str, a), strict=True)),
-         "rotationRate": dict(zip(("beta", "gamma", "alpha"), w, strict=True))}
+         "rotationRate": dict(zip(("alpha", "beta", "gamma"), w, strict=True))}
         for t, a, w in zip(log.time_s, log.acc, log.gyr / DEG, strict=True)], gyr=1 / DEG),
     # an object that holds the list of samples among other things
     "wrapped_json": json_of("export.json", lambda log: {

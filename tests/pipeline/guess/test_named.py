@@ -141,11 +141,11 @@ def test_counts_of_no_range_of_an_mpu_have_no_temperature_by_its_map(tmp_path: P
 
 def test_poses_in_files_of_json_are_those_of_one_logger(tmp_path: Path) -> None:
     """Acceleration without gravity reads alike in every rest, as a gyroscope does; its name says
-    what it is. The angles of a browser are about z, x and y."""
+    what it is. Alpha, beta and gamma of a browser are about x, y and z."""
     log = hand_log(rate_hz=50.0, rpm=33.33)
     quiet = np.random.default_rng(0).normal(0, 0.02, log.acc.shape)
     names = ("acceleration", "accelerationIncludingGravity", "rotationRate")
-    axes = ("xyz", "xyz", ("beta", "gamma", "alpha"))
+    axes = ("xyz", "xyz", ("alpha", "beta", "gamma"))
     for i in range(18):
         (folder := tmp_path / f"{i // 9}").mkdir(exist_ok=True)
         (folder / f"motion-{i % 9}.jsonl").write_text("\n".join(json.dumps({
@@ -156,7 +156,7 @@ def test_poses_in_files_of_json_are_those_of_one_logger(tmp_path: Path) -> None:
             for row in np.flatnonzero(log.rest == i)), encoding="utf-8")
     gyroscope = guessed(*sorted(tmp_path.glob("*/*.jsonl"))).gyroscope
     assert gyroscope is not None
-    assert gyroscope.columns == ("rotationRate.beta", "rotationRate.gamma", "rotationRate.alpha")
+    assert gyroscope.columns == ("rotationRate.alpha", "rotationRate.beta", "rotationRate.gamma")
 
 
 def test_a_plate_shows_the_rate_of_a_log_without_times(tmp_path: Path) -> None:

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from pipeline.errors import UnreadableInput
+from pipeline.guess.files import called_accelerometers
+from pipeline.guess.no_log import fault_of_rows
+from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.readings import readings_in_si
+from pipeline.logs.text import raw_text
 
 DEG = np.pi / 180
 NAMES = ("t", "ax", "ay", "az", "gx", "gy", "gz")
@@ -30,3 +34,17 @@ def test_a_log_at_rest_is_no_rate_before_its_scale_is_stated(
     stated = readings_in_si(path, None, None, 250.0 if format_ == "%d" else "deg_s", print)
     assert np.std(stated.gyroscope) / np.std(rate) == pytest.approx(DEG / per_deg, rel=0.01)
     assert np.linalg.norm(stated.accelerometer, axis=1).mean() == pytest.approx(9.8, rel=0.01)
+
+
+def test_counts_of_two_sensors_side_by_side_are_no_bytes() -> None:
+    """Where one jumps by more than half a byte as the other steps back; bytes end at 255."""
+    rows = [f"{276 + 150 * jumps},{26 - jumps},1" for jumps in (i % 50 == 0 for i in range(500))]
+    text = raw_text(Path("log.csv"), ["", "az,gx,n", *rows])
+    assert text is not None
+    assert fault_of_rows(text) == ""
+
+
+def test_a_battery_and_a_magnetometer_are_no_accelerometer_that_lies_still(tmp_path: Path) -> None:
+    still = {"X (a.u.)": np.full(9, 1.0), "Y (a.u.)": np.full(9, 2.0), "Z (a.u.)": np.full(9, 3.0)}
+    for name in ("Battery.csv", "Magnetometer.csv"):
+        assert called_accelerometers(RawTable(tmp_path / name, still)) == []
