@@ -92,9 +92,9 @@ LABELS: dict[str, Writer] = {
     "adafruit": rows("repl.txt", "", lambda s: f"({s.t:.3f}, {s.a:, .5f}, {s.w:, .6f})"),
     # a line for each sensor, a temperature last, and units apart from their numbers
     "sentences_and_temperature": rows("mpu9250.txt", "MPU9250 is online...", lambda s: (
-        "X-acceleration: {:.2f} mg Y-acceleration: {:.2f} mg "
-        "Z-acceleration: {:.2f} mg\n".format(*s.a) + "X-gyro rate: {:.3f} degrees/sec Y-gyro rate: {:.3f} degrees/sec "
-          "Z-gyro rate: {:.3f} degrees/sec\n".format(*s.w)
+        "X-acceleration: {:.2f} mg Y-acceleration: {:.2f} mg Z-acceleration: {:.2f} mg\n"
+        "X-gyro rate: {:.3f} degrees/sec Y-gyro rate: {:.3f} degrees/sec "
+        "Z-gyro rate: {:.3f} degrees/sec\n".format(*s.a, *s.w)
         + "X-mag field: 213.1 mG Y-mag field: -145.2 mG Z-mag field: 402.9 mG\n"
           "Temperature is 24.0 degrees C"), 1000 / G, 1 / DEG, timed=False),
     # a line for each sensor
