@@ -15,8 +15,8 @@ SHOWN = 3
 #: Share of the mean rate that is not the usual one. Between two equal marks that are taken for one
 #: (0.5, derived) and noise (0.2, seen in films).
 LEAPS = 0.35
-SECTION_TURNS = 2.0  # turns: errors that repeat with every turn are separated from a drift
-FEWEST_IN_SECTION = 14  # frames; two per parameter
+SECTION_TURNS = 2.0  # turns; derived: errors that repeat with every turn are separated from a drift
+FEWEST_IN_SECTION = 14  # frames; derived: two per parameter
 
 
 # Limit for usable frames.

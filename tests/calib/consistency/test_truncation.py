@@ -77,5 +77,5 @@ def test_a_short_log_and_one_without_the_triad_tell_nothing() -> None:
 def test_zeros_in_one_part_of_one_log_tell_nothing() -> None:
     log = logs(np.rint, 3.0, 0)[0]
     readings = np.full((ROWS, 3), 5.0) + log.accelerometer
-    readings[:50] = STEP * np.trunc(np.random.default_rng(0).normal(scale=3.0, size=(50, 3)))
+    readings[:50, 0] = STEP * np.trunc(np.random.default_rng(0).normal(scale=3.0, size=50))
     assert truncation_steps([replace(log, accelerometer=readings)], "accelerometer") is None

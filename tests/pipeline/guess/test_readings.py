@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.errors import UnreadableInput
-from pipeline.guess.files import called_accelerometers
+from pipeline.guess.files import called_accelerometers, why_no_log
 from pipeline.guess.no_log import fault_of_rows
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.readings import readings_in_si
@@ -48,3 +48,13 @@ def test_a_battery_and_a_magnetometer_are_no_accelerometer_that_lies_still(tmp_p
     still = {"X (a.u.)": np.full(9, 1.0), "Y (a.u.)": np.full(9, 2.0), "Z (a.u.)": np.full(9, 3.0)}
     for name in ("Battery.csv", "Magnetometer.csv"):
         assert called_accelerometers(RawTable(tmp_path / name, still)) == []
+
+
+def test_the_volts_of_an_analog_sensor_are_no_acceleration_without_gravity(tmp_path: Path) -> None:
+    """At 3.3 V three axes read 1.65 V each at 0 g, 2.9 in all, a third of gravity in m/s²."""
+    rng = np.random.default_rng(0)
+    up = np.repeat(np.vstack([np.eye(3), -np.eye(3)]), 300, axis=0)
+    volts = 1.6 + 0.3 * up + 1e-3 * rng.standard_normal(up.shape)
+    table = RawTable(tmp_path / "log.csv", dict(zip(("acc_x", "acc_y", "acc_z"), volts.T,
+                                                    strict=True)))
+    assert "as the volts" in why_no_log(table)
